@@ -82,7 +82,7 @@ fn list(rows: &[&Row]) -> String {
         }
         text.push('\n');
     }
-    text.push_str("`sdfc ops NAME` tells more about one of them\n");
+    text.push_str("`sdfc ops NAME` describes one of them in full\n");
     text
 }
 
@@ -140,13 +140,13 @@ const CATEGORIES: [Category; 8] = [
 fn heading(category: Category) -> &'static str {
     match category {
         Category::Shape3 => "solids",
-        Category::Shape2 => "shapes in the plane",
+        Category::Shape2 => "2-D shapes",
         Category::Combine => "combinations",
         Category::Domain => "changes of space",
         Category::Distance => "changes of the distance",
-        Category::Dimension => "between plane and space",
+        Category::Dimension => "between 2-D shapes and solids",
         Category::Math => "mathematics of fields",
-        Category::Internal => "what the compiler inserts",
+        Category::Internal => "operations that the compiler inserts",
     }
 }
 
@@ -216,7 +216,7 @@ fn exactness(exactness: Exactness) -> &'static str {
         Exactness::Exact => "exact",
         Exactness::ExactOutside => "exact outside, too small inside",
         Exactness::Bound => "a bound: never too large, sometimes too small",
-        Exactness::Field => "none: marching relies on the slope",
+        Exactness::Field => "none: marching relies on the slope bound",
     }
 }
 
@@ -227,15 +227,17 @@ fn slope(slope: &Slope) -> String {
         Slope::MaxOfOperands(factor) if *factor == 1.0 => "that of the steepest operand".to_owned(),
         Slope::MaxOfOperands(factor) => format!("that of the steepest operand, times {factor}"),
         Slope::MaxOfOperandsOrOne => "that of the steepest operand, at least 1".to_owned(),
-        Slope::Step => "none: the value jumps, and is a safe step on both sides".to_owned(),
+        Slope::Step => "none: the value is discontinuous, and a safe step on both sides".to_owned(),
         Slope::Sum => "the sum of the operands'".to_owned(),
         Slope::Norm => "the root of the sum of the operands' squares".to_owned(),
-        Slope::PlusParams(_) => "the operand's, plus what follows from the arguments".to_owned(),
-        Slope::ScaledBy(_) => "the operand's, times what follows from the arguments".to_owned(),
-        Slope::Fold | Slope::PointMap(_) => {
-            "the shape's, times how much space is stretched".to_owned()
+        Slope::PlusParams(_) => {
+            "the operand's, plus an amount that follows from the arguments".to_owned()
         }
-        Slope::Unbounded => "found by interval arithmetic".to_owned(),
+        Slope::ScaledBy(_) => {
+            "the operand's, times a factor that follows from the arguments".to_owned()
+        }
+        Slope::Fold | Slope::PointMap(_) => "the shape's, times the stretch of space".to_owned(),
+        Slope::Unbounded => "computed by interval arithmetic".to_owned(),
     }
 }
 
@@ -243,10 +245,10 @@ fn bounds(rule: &BoundsRule) -> &'static str {
     match rule {
         BoundsRule::Shape(_) => "follow from the arguments",
         BoundsRule::Hull => "around all operands",
-        BoundsRule::HullGrown(_) => "around all operands, and some more for the blend",
-        BoundsRule::Intersection => "what the operands have in common",
+        BoundsRule::HullGrown(_) => "around all operands, enlarged for the blend",
+        BoundsRule::Intersection => "the intersection of the operands' bounds",
         BoundsRule::FirstOperand => "those of the operand",
-        BoundsRule::Map(_) => "those of the shape, changed as it is",
+        BoundsRule::Map(_) => "those of the shape, transformed with it",
         BoundsRule::Infinite => "",
     }
 }

@@ -21,7 +21,7 @@ macro_rules! for_each_operation {
     ($callback:path) => {
         $callback! {
             // ---------------------------------------------------------------- solids
-            /// A ball of radius `r`.
+            /// A sphere of radius `r`.
             Sphere "sphere" = shapes::sphere(p: Point; r: Scalar) -> Value, prepare::identity, OpFacts {
                 language: Some(Language { name: "sphere", arguments: &[required("r", A::Radius)] }),
                 bounds: BoundsRule::Shape(|a| Bounds::sphere(a[0])),
@@ -36,7 +36,7 @@ macro_rules! for_each_operation {
                 source: "I. Quilez, Distance Functions: box",
                 ..SOLID
             };
-            /// A box of the full size `size` whose edges and corners are rounded by the radius `round`, at most half the smallest size.
+            /// A box of the full size `size` with rounded edges and corners. Their radius is `round`, at most half the smallest size.
             RoundedCuboid "rounded_cuboid" = shapes::rounded_cuboid(p: Point; half: Vec3, round: Scalar) -> Value, prepare::rounded_size, OpFacts {
                 language: Some(Language { name: "box", arguments: &[required("size", A::Size3), optional("round", A::LengthOrZero, &[0.0])] }),
                 bounds: BoundsRule::Shape(volumes::cuboid),
@@ -51,28 +51,28 @@ macro_rules! for_each_operation {
                 source: "I. Quilez, Distance Functions: box frame",
                 ..SOLID
             };
-            /// All points within `r` of a piece of the y axis of the length `h`, so that the whole is `h` + 2 `r` long.
+            /// All points within `r` of a segment of the y axis, centred at the origin. The segment has the length `h`, the capsule the length `h` + 2 `r`.
             Capsule "capsule" = shapes::capsule(p: Point; half: Scalar, r: Scalar) -> Value, prepare::halve_first, OpFacts {
                 language: Some(Language { name: "capsule", arguments: &[required("h", A::LengthOrZero), required("r", A::Radius)] }),
                 bounds: BoundsRule::Shape(volumes::capsule),
                 source: "I. Quilez, Distance Functions: vertical capsule",
                 ..SOLID
             };
-            /// All points within `r` of the segment from `from` to `to`; a ball where they are one point.
+            /// All points within `r` of the segment from `from` to `to`. Equal ends give a sphere.
             CapsuleBetween "capsule_between" = shapes::capsule_between(p: Point; start: Vec3, r: Scalar, axis: Vec3, inverse: Scalar) -> Value, prepare::segment, OpFacts {
                 language: Some(Language { name: "capsule", arguments: &[required("from", A::Vec3), required("to", A::Vec3), required("r", A::Radius)] }),
                 bounds: BoundsRule::Shape(volumes::capsule_between),
                 source: "I. Quilez, Distance Functions: capsule",
                 ..SOLID
             };
-            /// A ring around the y axis: all points within `r2` of a circle of the radius `r1`. Exact inside too while `r2` is not larger.
+            /// A ring around the y axis: all points within `r2` of a circle of the radius `r1`. The distance is exact inside if `r2` is at most `r1`.
             Torus "torus" = shapes::torus(p: Point; ring: Scalar, tube: Scalar) -> Value, prepare::identity, OpFacts {
                 language: Some(Language { name: "torus", arguments: &[required("r1", A::Radius), required("r2", A::Radius)] }),
                 bounds: BoundsRule::Shape(volumes::torus),
                 source: "I. Quilez, Distance Functions: torus",
                 ..SOLID
             };
-            /// A piece of a ring around the y axis, `angle` long and symmetric about the +x axis, with round ends.
+            /// An arc of a ring around the y axis with round ends. It covers the angle `angle` and is symmetric about the +x axis.
             CappedTorus "capped_torus" = shapes::capped_torus(p: Point; ring: Scalar, tube: Scalar, end: Vec2) -> Value, prepare::arc, OpFacts {
                 language: Some(Language { name: "torus", arguments: &[required("r1", A::Radius), required("r2", A::Radius), required("angle", A::Angle)] }),
                 bounds: BoundsRule::Shape(volumes::capped_torus),
@@ -87,21 +87,21 @@ macro_rules! for_each_operation {
                 source: "I. Quilez, Distance Functions: capped cylinder",
                 ..SOLID
             };
-            /// A cylinder whose rims are rounded by the radius `round`, at most `r` and half of `h`.
+            /// A cylinder with rounded rims. Their radius is `round`, at most `r` and at most half of `h`.
             RoundedCylinder "rounded_cylinder" = shapes::rounded_cylinder(p: Point; r: Scalar, half: Scalar, round: Scalar) -> Value, prepare::rounded_cylinder, OpFacts {
                 language: Some(Language { name: "cylinder", arguments: &[required("r", A::Radius), required("h", A::Length), optional("round", A::LengthOrZero, &[0.0])] }),
                 bounds: BoundsRule::Shape(volumes::cylinder),
                 source: "I. Quilez, Distance Functions: rounded cylinder",
                 ..SOLID
             };
-            /// A cylinder of radius `r` from `from` to `to`; a disc where they are one point.
+            /// A cylinder of radius `r` from `from` to `to`. Equal ends give a disc.
             CylinderBetween "cylinder_between" = shapes::cylinder_between(p: Point; middle: Vec3, r: Scalar, axis: Vec3, half: Scalar) -> Value, prepare::axis_midpoint, OpFacts {
                 language: Some(Language { name: "cylinder", arguments: &[required("from", A::Vec3), required("to", A::Vec3), required("r", A::Radius)] }),
                 bounds: BoundsRule::Shape(volumes::cylinder_between),
                 source: "I. Quilez, Distance Functions: arbitrary capped cylinder",
                 ..SOLID
             };
-            /// A cone without end that opens downwards from its apex at the origin; `angle` is its opening from side to side, at most half a turn.
+            /// An infinite cone that opens downwards from its apex at the origin. `angle` is the full opening angle, at most half a turn.
             InfiniteCone "infinite_cone" = shapes::infinite_cone(p: Point; side: Vec2) -> Value, prepare::half_angle, OpFacts {
                 language: Some(Language { name: "infinite_cone", arguments: &[required("angle", A::Angle)] }),
                 bounds: BoundsRule::Shape(volumes::infinite_cone),
@@ -115,42 +115,42 @@ macro_rules! for_each_operation {
                 source: "I. Quilez, Distance Functions: capped cone; by the nearest of face, side and rim",
                 ..SOLID
             };
-            /// A cone whose rims and tip are rounded by the radius `round`, at most what fits inside.
+            /// A cone with rounded rims and tip. Their radius is `round`, or the largest radius that fits inside.
             RoundedCone "rounded_cone" = shapes::rounded_cone(p: Point; bottom: Scalar, top: Scalar, half: Scalar, slope: Scalar, across: Vec2, middle: Scalar, round: Scalar) -> Value, prepare::rounded_cone, OpFacts {
                 language: Some(Language { name: "cone", arguments: &[required("r1", A::RadiusOrZero), required("r2", A::RadiusOrZero), required("h", A::Length), optional("round", A::LengthOrZero, &[0.0])] }),
                 bounds: BoundsRule::Shape(volumes::rounded_cone),
-                source: "the cone moved inwards on all sides, and grown again",
+                source: "the cone inset on all sides, and offset outwards",
                 ..SOLID
             };
-            /// The hull of two balls on the y axis, `r1` below and `r2` above, with their centres `h` apart; the larger ball where it holds the other.
+            /// The convex hull of two spheres on the y axis, `r1` below and `r2` above, with their centres `h` apart. If one sphere contains the other, the hull is the larger sphere.
             RoundCone "round_cone" = shapes::round_cone(p: Point; lower: Scalar, upper: Scalar, low: Scalar, height: Scalar, slant: Vec2) -> Value, prepare::round_cone, OpFacts {
                 language: Some(Language { name: "round_cone", arguments: &[required("r1", A::Radius), required("r2", A::Radius), required("h", A::Length)] }),
                 bounds: BoundsRule::Shape(volumes::round_cone),
                 source: "I. Quilez, Distance Functions: round cone",
                 ..SOLID
             };
-            /// An ellipsoid with the radii `r` along the axes. Of radii that differ by more than 1,000 to 1 the value may be far less than the distance.
+            /// An ellipsoid with the radii `r` along the axes. If the radii differ by a factor of more than 1,000, the value may be far less than the distance.
             Ellipsoid "ellipsoid" = shapes::ellipsoid(p: Point; r: Vec3) -> Value, prepare::identity, OpFacts {
                 language: Some(Language { name: "ellipsoid", arguments: &[required("r", A::Radii3)] }),
                 bounds: BoundsRule::Shape(volumes::ellipsoid),
                 source: "D. Eberly, Distance from a Point to an Ellipse, an Ellipsoid, or a Hyperellipsoid, 2013",
                 ..SOLID
             };
-            /// The half space below the plane with the normal `normal`, `at` along it from the origin.
+            /// The half space below a plane with the normal `normal`. `at` is the signed distance of the plane from the origin, along the normal.
             Plane "plane" = shapes::plane(p: Point; normal: Vec3, at: Scalar) -> Value, prepare::identity, OpFacts {
                 language: Some(Language { name: "plane", arguments: &[required("normal", A::Direction), optional("at", A::Offset, &[0.0])] }),
                 bounds: BoundsRule::Shape(volumes::plane),
                 source: "J. C. Hart, Sphere Tracing, 1996, appendix A",
                 ..SOLID
             };
-            /// All of space between two planes, `thickness` apart, across the direction `normal`.
+            /// All points between two parallel planes with the normal `normal`. They are `thickness` apart, and the origin is halfway between them.
             Slab "slab" = shapes::slab(p: Point; normal: Vec3, half: Scalar) -> Value, prepare::halve_last, OpFacts {
                 language: Some(Language { name: "slab", arguments: &[required("normal", A::Direction), required("thickness", A::Length)] }),
                 bounds: BoundsRule::Shape(volumes::slab),
                 source: "two planes",
                 ..SOLID
             };
-            /// A prism of the height `h` on a regular polygon of `n` corners, the first on the +x side, `r` from the y axis.
+            /// A prism of the height `h` on a regular polygon of `n` corners. The corners are at the distance `r` from the y axis, the first on the +x side.
             Prism "prism" = shapes::prism(p: Point; sector: Scalar, inverse: Scalar, apothem: Scalar, side: Scalar, half: Scalar) -> Value, prepare::prism, OpFacts {
                 language: Some(Language { name: "prism", arguments: &[required("n", A::Count), required("r", A::Radius), required("h", A::Length)] }),
                 bounds: BoundsRule::Shape(volumes::prism),
@@ -158,35 +158,35 @@ macro_rules! for_each_operation {
                 source: "a regular polygon, extruded",
                 ..SOLID
             };
-            /// An octahedron with its corners on the axes, `r` from the centre.
+            /// An octahedron with its corners on the axes, at the distance `r` from the centre.
             Octahedron "octahedron" = shapes::octahedron(p: Point; r: Scalar) -> Value, prepare::identity, OpFacts {
                 language: Some(Language { name: "octahedron", arguments: &[required("r", A::Radius)] }),
                 bounds: BoundsRule::Shape(|a| Bounds::sphere(a[0])),
                 source: "I. Quilez, Distance Functions: octahedron",
                 ..SOLID
             };
-            /// A tetrahedron with its corners on diagonals of the cube around the origin, `r` from the centre.
+            /// A tetrahedron with its corners on diagonals of the cube around the origin, at the distance `r` from the centre.
             Tetrahedron "tetrahedron" = shapes::tetrahedron(p: Point; inner: Scalar) -> Value, prepare::tetrahedron, OpFacts {
                 language: Some(Language { name: "tetrahedron", arguments: &[required("r", A::Radius)] }),
                 bounds: BoundsRule::Shape(volumes::tetrahedron),
                 source: "the nearest of a face, an edge and a corner, by symmetry",
                 ..SOLID
             };
-            /// A pyramid of the height `h` on a square with sides of the length `size`; its middle is halfway up.
+            /// A pyramid of the height `h` on a square with sides of the length `size`. The origin is at half its height.
             Pyramid "pyramid" = shapes::pyramid(p: Point; base: Scalar, half: Scalar, across: Vec2, slope: Scalar, inverse: Scalar) -> Value, prepare::pyramid, OpFacts {
                 language: Some(Language { name: "pyramid", arguments: &[required("size", A::Length), required("h", A::Length)] }),
                 bounds: BoundsRule::Shape(volumes::pyramid),
                 source: "I. Quilez, Distance Functions: pyramid; by the nearest of base, side and edge",
                 ..SOLID
             };
-            /// A link of a chain in the xy plane: a ring of the radius `r1` and the thickness `r2` with straight pieces of the length `length` between its halves.
+            /// A link of a chain in the xy plane. It is a ring of the radius `r1` and the thickness `r2`, with straight segments of the length `length` between its halves.
             Link "link" = shapes::link(p: Point; half: Scalar, ring: Scalar, tube: Scalar) -> Value, prepare::halve_first, OpFacts {
                 language: Some(Language { name: "link", arguments: &[required("length", A::LengthOrZero), required("r1", A::Radius), required("r2", A::Radius)] }),
                 bounds: BoundsRule::Shape(volumes::link),
                 source: "I. Quilez, Distance Functions: link",
                 ..SOLID
             };
-            /// The gyroid of A. Schoen as a sheet without end that repeats every `cell` along each axis, `thickness` thick where it is steepest and up to √2 times as much elsewhere.
+            /// The gyroid of A. Schoen as an infinite sheet that repeats every `cell` along each axis. Its thickness is `thickness` where the field is steepest, and at most √2 times as much elsewhere.
             Gyroid "gyroid" = shapes::gyroid(p: Point; frequency: Scalar, scale: Scalar, half: Scalar) -> Value, prepare::periodic, OpFacts {
                 language: Some(Language { name: "gyroid", arguments: &[required("cell", A::Length), required("thickness", A::Length)] }),
                 exactness: Exactness::Bound,
@@ -194,7 +194,7 @@ macro_rules! for_each_operation {
                 source: "A. H. Schoen, Infinite Periodic Minimal Surfaces, 1970; the level function divided by its slope bound √3",
                 ..SOLID
             };
-            /// The primitive surface of H. A. Schwarz as a sheet without end that repeats every `cell` along each axis, `thickness` thick where it is steepest and up to √2 times as much elsewhere.
+            /// The primitive surface of H. A. Schwarz as an infinite sheet that repeats every `cell` along each axis. Its thickness is `thickness` where the field is steepest, and at most √2 times as much elsewhere.
             SchwarzP "schwarz_p" = shapes::schwarz_p(p: Point; frequency: Scalar, scale: Scalar, half: Scalar) -> Value, prepare::periodic, OpFacts {
                 language: Some(Language { name: "schwarz_p", arguments: &[required("cell", A::Length), required("thickness", A::Length)] }),
                 exactness: Exactness::Bound,
@@ -202,7 +202,7 @@ macro_rules! for_each_operation {
                 source: "H. A. Schwarz, 1865, by its nodal approximation; the level function divided by its slope bound √3",
                 ..SOLID
             };
-            /// The diamond surface of H. A. Schwarz as a sheet without end that repeats every `cell` along each axis, `thickness` thick where it is steepest and up to √2 times as much elsewhere.
+            /// The diamond surface of H. A. Schwarz as an infinite sheet that repeats every `cell` along each axis. Its thickness is `thickness` where the field is steepest, and at most √2 times as much elsewhere.
             Diamond "diamond" = shapes::diamond(p: Point; frequency: Scalar, scale: Scalar, half: Scalar) -> Value, prepare::periodic, OpFacts {
                 language: Some(Language { name: "diamond", arguments: &[required("cell", A::Length), required("thickness", A::Length)] }),
                 exactness: Exactness::Bound,
@@ -226,7 +226,7 @@ macro_rules! for_each_operation {
                 source: "I. Quilez, 2D Distance Functions: box",
                 ..PLANE
             };
-            /// A rectangle whose corners are rounded by the radius `round`, at most half the smaller size.
+            /// A rectangle with rounded corners. Their radius is `round`, at most half the smaller size.
             RoundedRect "rounded_rect" = shapes2::rounded_rect(p: Plane; half: Vec2, round: Scalar) -> Value, prepare::rounded_size2, OpFacts {
                 language: Some(Language { name: "rect", arguments: &[required("size", A::Size2), optional("round", A::LengthOrZero, &[0.0])] }),
                 bounds: BoundsRule::Shape(volumes::rect),
@@ -240,21 +240,21 @@ macro_rules! for_each_operation {
                 source: "I. Quilez, 2D Distance Functions: segment",
                 ..PLANE
             };
-            /// A regular polygon of `n` corners, the first on the +y axis, `r` from the centre.
+            /// A regular polygon of `n` corners. They are at the distance `r` from the centre, the first on the +y axis.
             Ngon "ngon" = shapes2::ngon(p: Plane; sector: Scalar, inverse: Scalar, apothem: Scalar, side: Scalar) -> Value, prepare::polygon, OpFacts {
                 language: Some(Language { name: "ngon", arguments: &[required("n", A::Count), required("r", A::Radius)] }),
                 bounds: BoundsRule::Shape(volumes::ngon),
                 source: "the sector of a side, by symmetry",
                 ..PLANE
             };
-            /// A star of `n` tips, the first on the +y axis, `r1` from the centre; the corners between them are `r2` from it.
+            /// A star of `n` tips. They are at the distance `r1` from the centre, the first on the +y axis. The corners between them are at the distance `r2`.
             Star "star" = shapes2::star(p: Plane; sector: Scalar, inverse: Scalar, tip: Scalar, length: Scalar, across: Vec2) -> Value, prepare::star, OpFacts {
                 language: Some(Language { name: "star", arguments: &[required("n", A::Count), required("r1", A::Radius), required("r2", A::Radius)] }),
                 bounds: BoundsRule::Shape(volumes::star),
                 source: "half the sector of a tip, by symmetry",
                 ..PLANE
             };
-            /// An edge of a polygon, in a chain with an operation for each: the distance to the edges so far, negative where a line to the right crosses an odd number of them. The chain begins with the constant 1e30.
+            /// An edge of a polygon, as one operation of a chain. The value is the distance to the edges so far. It is negative where a ray to the right crosses an odd number of them. The chain begins with the constant 1e30.
             PolygonEdge "polygon_edge" = shapes2::polygon_edge(acc: Value, p: Plane; a: Vec2, b: Vec2) -> Value, prepare::identity, OpFacts {
                 category: Category::Internal,
                 slope: Slope::MaxOfOperandsOrOne,
@@ -263,7 +263,7 @@ macro_rules! for_each_operation {
                 ..PLANE
             };
             // ---------------------------------------------------------------- between plane and space
-            /// The plane shape as a solid of the height `h` along z, half of it on each side of the plane.
+            /// The 2-D shape as a solid of the height `h` along z, half of it on each side of the plane.
             Extrude "extrude" = dimension::extrude(d: Value, p: Point; half: Scalar) -> Value, prepare::halve_first, OpFacts {
                 language: Some(Language { name: "extrude", arguments: &[required("h", A::Length)] }),
                 bounds: BoundsRule::Map(volumes::extrude),
@@ -271,15 +271,15 @@ macro_rules! for_each_operation {
                 source: "I. Quilez, Distance Functions: extrusion",
                 ..DIMENSION
             };
-            /// The plane shape as a solid whose rims are rounded by the radius `round`, at most half of `h`.
+            /// The 2-D shape as a solid with rounded rims. Their radius is `round`, at most half of `h`.
             RoundedExtrude "rounded_extrude" = dimension::rounded_extrude(d: Value, p: Point; half: Scalar, round: Scalar) -> Value, prepare::rounded_extrude, OpFacts {
                 language: Some(Language { name: "extrude", arguments: &[required("h", A::Length), optional("round", A::LengthOrZero, &[0.0])] }),
                 exactness: Exactness::Bound,
                 bounds: BoundsRule::Map(volumes::extrude),
-                source: "a smaller extrusion, grown again",
+                source: "a smaller extrusion, offset outwards",
                 ..DIMENSION
             };
-            /// The plane shape, moved by `offset` along x, turned once around the y axis. Of a shape that crosses the axis, the distance may be too small.
+            /// The 2-D shape, moved by `offset` along x and revolved around the y axis. If the shape crosses the axis, the distance may be too small.
             Revolve "revolve" = dimension::revolve(p: Point; offset: Scalar) -> Point, prepare::identity, OpFacts {
                 language: Some(Language { name: "revolve", arguments: &[optional("offset", A::Offset, &[0.0])] }),
                 slope: Slope::Fold,
@@ -287,7 +287,7 @@ macro_rules! for_each_operation {
                 source: "I. Quilez, Distance Functions: revolution",
                 ..DIMENSION
             };
-            /// The plane shape, moved by `offset` along x, turned around the y axis by `angle` only, symmetric about the +x axis. [`Op::RevolveClose`] has to follow. Of a shape that crosses the axis, the distance may be too small.
+            /// The 2-D shape, moved by `offset` along x and revolved around the y axis by `angle`, symmetric about the +x axis. [`Op::RevolveClose`] must follow. If the shape crosses the axis, the distance may be too small.
             RevolvePart "revolve_part" = dimension::revolve_part(p: Point; offset: Scalar, end: Vec2) -> Point, prepare::revolve_part, OpFacts {
                 language: Some(Language { name: "revolve", arguments: &[optional("offset", A::Offset, &[0.0]), required("angle", A::Angle)] }),
                 slope: Slope::Fold,
@@ -296,7 +296,7 @@ macro_rules! for_each_operation {
                 source: "the half plane of the point, or that of the nearer end",
                 ..DIMENSION
             };
-            /// The ends of a partial turn; its parameter is made of the angle alone.
+            /// The ends of a partial revolution. Its parameter derives from the angle.
             RevolveClose "revolve_close" = dimension::revolve_close(d: Value, p: Point; end: Vec2) -> Value, prepare::revolve_close, OpFacts {
                 category: Category::Internal,
                 bounds: BoundsRule::FirstOperand,
@@ -304,7 +304,7 @@ macro_rules! for_each_operation {
                 source: "a wedge of space, intersected",
                 ..DIMENSION
             };
-            /// The plane shape that a solid shows in the plane z = 0.
+            /// The 2-D section of a solid in the plane z = 0.
             Slice "slice" = dimension::slice(p: Point;) -> Point, prepare::identity, OpFacts {
                 exactness: Exactness::Bound,
                 slope: Slope::Fold,
@@ -313,7 +313,7 @@ macro_rules! for_each_operation {
                 ..DIMENSION
             };
             // ---------------------------------------------------------------- combinations
-            /// Whatever is in either operand.
+            /// The union of both operands.
             Union "union" = combine::union(a: Value, b: Value;) -> Value, prepare::identity, OpFacts {
                 exactness: Exactness::ExactOutside,
                 bounds: BoundsRule::Hull,
@@ -322,7 +322,7 @@ macro_rules! for_each_operation {
                 source: "A. Ricci, A Constructive Geometry for Computer Graphics, 1973",
                 ..UNION
             };
-            /// Whatever is in both operands.
+            /// The intersection of both operands.
             Intersection "intersection" = combine::intersection(a: Value, b: Value;) -> Value, prepare::identity, OpFacts {
                 blend: Some(Blend { kernel: BlendKernel::Hard, sign: -1.0, negate_second: false }),
                 only_signs: true,
@@ -336,98 +336,98 @@ macro_rules! for_each_operation {
                 source: "A. Ricci, A Constructive Geometry for Computer Graphics, 1973",
                 ..SUBTRACTION
             };
-            /// Whatever is in exactly one operand.
+            /// The points inside exactly one operand.
             Xor "xor" = combine::xor(a: Value, b: Value;) -> Value, prepare::identity, OpFacts {
                 bounds: BoundsRule::Hull,
                 only_signs: true,
                 source: "I. Quilez, Distance Functions: xor",
                 ..COMBINE
             };
-            /// Whatever is in either operand, with a parabolic blend between them: `thickness` thick where both are equally near, that ends where the distances differ by four times as much.
+            /// The union with a quadratic blend. `thickness` is its offset where both distances are equal. The blend ends where the distances differ by 4 times `thickness`.
             SmoothUnion "smooth_union" = combine::smooth_union(a: Value, b: Value; width: Scalar, coefficient: Scalar) -> Value, prepare::quadratic, OpFacts {
                 bounds: BoundsRule::HullGrown(|a| BlendKernel::Quadratic.max_offset(a[0])),
                 blend: Some(Blend { kernel: BlendKernel::Quadratic, sign: 1.0, negate_second: false }),
                 source: "I. Quilez, Smooth Minimum: quadratic",
                 ..UNION
             };
-            /// Whatever is in both operands, less a parabolic blend of `thickness` along their edge.
+            /// The intersection with a quadratic blend of `thickness` along its edge.
             SmoothIntersection "smooth_intersection" = combine::smooth_intersection(a: Value, b: Value; width: Scalar, coefficient: Scalar) -> Value, prepare::quadratic, OpFacts {
                 blend: Some(Blend { kernel: BlendKernel::Quadratic, sign: -1.0, negate_second: false }),
                 source: "I. Quilez, Smooth Minimum: quadratic",
                 ..INTERSECTION
             };
-            /// The first operand without the second, less a parabolic blend of `thickness` along their edge.
+            /// The first operand without the second, with a quadratic blend of `thickness` along the edge.
             SmoothSubtraction "smooth_subtraction" = combine::smooth_subtraction(a: Value, b: Value; width: Scalar, coefficient: Scalar) -> Value, prepare::quadratic, OpFacts {
                 blend: Some(Blend { kernel: BlendKernel::Quadratic, sign: -1.0, negate_second: true }),
                 source: "I. Quilez, Smooth Minimum: quadratic",
                 ..SUBTRACTION
             };
-            /// Whatever is in either operand, with a cubic blend between them: `thickness` thick where both are equally near, that ends where the distances differ by six times as much.
+            /// The union with a cubic blend. `thickness` is its offset where both distances are equal. The blend ends where the distances differ by 6 times `thickness`.
             CubicUnion "cubic_union" = combine::cubic_union(a: Value, b: Value; width: Scalar, coefficient: Scalar) -> Value, prepare::cubic, OpFacts {
                 bounds: BoundsRule::HullGrown(|a| BlendKernel::Cubic.max_offset(a[0])),
                 blend: Some(Blend { kernel: BlendKernel::Cubic, sign: 1.0, negate_second: false }),
                 source: "I. Quilez, Smooth Minimum: cubic",
                 ..UNION
             };
-            /// Whatever is in both operands, less a cubic blend of `thickness` along their edge.
+            /// The intersection with a cubic blend of `thickness` along its edge.
             CubicIntersection "cubic_intersection" = combine::cubic_intersection(a: Value, b: Value; width: Scalar, coefficient: Scalar) -> Value, prepare::cubic, OpFacts {
                 blend: Some(Blend { kernel: BlendKernel::Cubic, sign: -1.0, negate_second: false }),
                 source: "I. Quilez, Smooth Minimum: cubic",
                 ..INTERSECTION
             };
-            /// The first operand without the second, less a cubic blend of `thickness` along their edge.
+            /// The first operand without the second, with a cubic blend of `thickness` along the edge.
             CubicSubtraction "cubic_subtraction" = combine::cubic_subtraction(a: Value, b: Value; width: Scalar, coefficient: Scalar) -> Value, prepare::cubic, OpFacts {
                 blend: Some(Blend { kernel: BlendKernel::Cubic, sign: -1.0, negate_second: true }),
                 source: "I. Quilez, Smooth Minimum: cubic",
                 ..SUBTRACTION
             };
-            /// Whatever is in either operand, with a circular blend between them: `thickness` thick where both are equally near, that ends where the distances differ by 3.41 times as much.
+            /// The union with a circular blend. `thickness` is its offset where both distances are equal. The blend ends where the distances differ by 3.41 times `thickness`.
             CircularUnion "circular_union" = combine::circular_union(a: Value, b: Value; width: Scalar, coefficient: Scalar) -> Value, prepare::circular, OpFacts {
                 bounds: BoundsRule::HullGrown(|a| BlendKernel::Circular.max_offset(a[0])),
                 blend: Some(Blend { kernel: BlendKernel::Circular, sign: 1.0, negate_second: false }),
                 source: "I. Quilez, Smooth Minimum: circular",
                 ..UNION
             };
-            /// Whatever is in both operands, less a circular blend of `thickness` along their edge.
+            /// The intersection with a circular blend of `thickness` along its edge.
             CircularIntersection "circular_intersection" = combine::circular_intersection(a: Value, b: Value; width: Scalar, coefficient: Scalar) -> Value, prepare::circular, OpFacts {
                 blend: Some(Blend { kernel: BlendKernel::Circular, sign: -1.0, negate_second: false }),
                 source: "I. Quilez, Smooth Minimum: circular",
                 ..INTERSECTION
             };
-            /// The first operand without the second, less a circular blend of `thickness` along their edge.
+            /// The first operand without the second, with a circular blend of `thickness` along the edge.
             CircularSubtraction "circular_subtraction" = combine::circular_subtraction(a: Value, b: Value; width: Scalar, coefficient: Scalar) -> Value, prepare::circular, OpFacts {
                 blend: Some(Blend { kernel: BlendKernel::Circular, sign: -1.0, negate_second: true }),
                 source: "I. Quilez, Smooth Minimum: circular",
                 ..SUBTRACTION
             };
-            /// Whatever is in either operand, with an exponential blend between them: `thickness` thick where both are equally near, that never quite ends; alone of all blends it is associative.
+            /// The union with an exponential blend. `thickness` is its offset where both distances are equal. The blend has no end, and alone of all blends it is associative.
             ExponentialUnion "exponential_union" = combine::exponential_union(a: Value, b: Value; width: Scalar, coefficient: Scalar) -> Value, prepare::exponential, OpFacts {
                 bounds: BoundsRule::HullGrown(|a| BlendKernel::Exponential.max_offset(a[0])),
                 blend: Some(Blend { kernel: BlendKernel::Exponential, sign: 1.0, negate_second: false }),
                 source: "I. Quilez, Smooth Minimum: exponential",
                 ..UNION
             };
-            /// Whatever is in both operands, less an exponential blend of `thickness` along their edge.
+            /// The intersection with an exponential blend of `thickness` along its edge.
             ExponentialIntersection "exponential_intersection" = combine::exponential_intersection(a: Value, b: Value; width: Scalar, coefficient: Scalar) -> Value, prepare::exponential, OpFacts {
                 blend: Some(Blend { kernel: BlendKernel::Exponential, sign: -1.0, negate_second: false }),
                 source: "I. Quilez, Smooth Minimum: exponential",
                 ..INTERSECTION
             };
-            /// The first operand without the second, less an exponential blend of `thickness` along their edge.
+            /// The first operand without the second, with an exponential blend of `thickness` along the edge.
             ExponentialSubtraction "exponential_subtraction" = combine::exponential_subtraction(a: Value, b: Value; width: Scalar, coefficient: Scalar) -> Value, prepare::exponential, OpFacts {
                 blend: Some(Blend { kernel: BlendKernel::Exponential, sign: -1.0, negate_second: true }),
                 source: "I. Quilez, Smooth Minimum: exponential",
                 ..SUBTRACTION
             };
-            /// Whatever is in either operand, with a parabolic blend that is `thickness` thick at `focus` and grows by `growth` per unit of length away from it, up to `most`.
+            /// The union with a quadratic blend of varying thickness. The thickness is `thickness` at `focus`. It grows by `growth` per unit of length away from there, up to `most`.
             DistanceUnion "distance_union" = combine::distance_union(a: Value, b: Value, p: Point; focus: Vec3, thickness: Scalar, growth: Scalar, most: Scalar) -> Value, prepare::identity, OpFacts {
                 exactness: Exactness::Field,
                 slope: Slope::PlusParams(|a| a[4].abs()),
                 bounds: BoundsRule::HullGrown(|a| a[5]),
-                source: "I. Quilez, Smooth Minimum: quadratic, with a thickness that grows",
+                source: "I. Quilez, Smooth Minimum: quadratic, of varying thickness",
                 ..UNION
             };
-            /// Whatever is in either operand, the edge between them filled by a flat piece at 45 degrees that starts `size` from the edge on both sides.
+            /// The union with a chamfer along the edge between both operands. The chamfer is flat, at 45 degrees, and starts `size` from the edge on both sides.
             ChamferUnion "chamfer_union" = combine::chamfer_union(a: Value, b: Value; size: Scalar) -> Value, prepare::profile, OpFacts {
                 exactness: Exactness::Field,
                 slope: Slope::Norm,
@@ -435,21 +435,21 @@ macro_rules! for_each_operation {
                 source: "hg_sdf by Mercury, 2015",
                 ..UNION
             };
-            /// Whatever is in both operands, its edge cut by a flat piece at 45 degrees that starts `size` from the edge on both sides.
+            /// The intersection with a chamfer along its edge. The chamfer is flat, at 45 degrees, and starts `size` from the edge on both sides.
             ChamferIntersection "chamfer_intersection" = combine::chamfer_intersection(a: Value, b: Value; size: Scalar) -> Value, prepare::profile, OpFacts {
                 exactness: Exactness::Field,
                 slope: Slope::Norm,
                 source: "hg_sdf by Mercury, 2015",
                 ..INTERSECTION
             };
-            /// The first operand without the second, the edge cut by a flat piece at 45 degrees that starts `size` from the edge on both sides.
+            /// The first operand without the second, with a chamfer along the edge. The chamfer is flat, at 45 degrees, and starts `size` from the edge on both sides.
             ChamferSubtraction "chamfer_subtraction" = combine::chamfer_subtraction(a: Value, b: Value; size: Scalar) -> Value, prepare::profile, OpFacts {
                 exactness: Exactness::Field,
                 slope: Slope::Norm,
                 source: "hg_sdf by Mercury, 2015",
                 ..SUBTRACTION
             };
-            /// Whatever is in either operand, the edge between them filled by a quarter circle of the radius `r`.
+            /// The union with a fillet along the edge between both operands: a quarter circle of the radius `r`.
             RoundUnion "round_union" = combine::round_union(a: Value, b: Value; r: Scalar) -> Value, prepare::profile, OpFacts {
                 exactness: Exactness::Field,
                 slope: Slope::Norm,
@@ -457,40 +457,40 @@ macro_rules! for_each_operation {
                 source: "hg_sdf by Mercury, 2015",
                 ..UNION
             };
-            /// Whatever is in both operands, its edge cut by a quarter circle of the radius `r`.
+            /// The intersection with its edge rounded by a quarter circle of the radius `r`.
             RoundIntersection "round_intersection" = combine::round_intersection(a: Value, b: Value; r: Scalar) -> Value, prepare::profile, OpFacts {
                 exactness: Exactness::Field,
                 slope: Slope::Norm,
                 source: "hg_sdf by Mercury, 2015",
                 ..INTERSECTION
             };
-            /// The first operand without the second, the edge cut by a quarter circle of the radius `r`.
+            /// The first operand without the second, with the edge rounded by a quarter circle of the radius `r`.
             RoundSubtraction "round_subtraction" = combine::round_subtraction(a: Value, b: Value; r: Scalar) -> Value, prepare::profile, OpFacts {
                 exactness: Exactness::Field,
                 slope: Slope::Norm,
                 source: "hg_sdf by Mercury, 2015",
                 ..SUBTRACTION
             };
-            /// Whatever is in either operand, the edge between them filled by `n` stairs, `size` wide in all.
+            /// The union with `n` stairs along the edge between both operands. All stairs together are `size` wide.
             StairsUnion "stairs_union" = combine::stairs_union(a: Value, b: Value; size: Scalar, step: Scalar) -> Value, prepare::stairs, OpFacts {
                 slope: Slope::MaxOfOperands(1.0),
                 bounds: BoundsRule::HullGrown(|a| a[0] / 2.0),
                 source: "hg_sdf by Mercury, 2015",
                 ..UNION
             };
-            /// Whatever is in both operands, its edge cut by `n` stairs, `size` wide in all.
+            /// The intersection with `n` stairs along its edge. All stairs together are `size` wide.
             StairsIntersection "stairs_intersection" = combine::stairs_intersection(a: Value, b: Value; size: Scalar, step: Scalar) -> Value, prepare::stairs, OpFacts {
                 slope: Slope::MaxOfOperands(1.0),
                 source: "hg_sdf by Mercury, 2015",
                 ..INTERSECTION
             };
-            /// The first operand without the second, the edge cut by `n` stairs, `size` wide in all.
+            /// The first operand without the second, with `n` stairs along the edge. All stairs together are `size` wide.
             StairsSubtraction "stairs_subtraction" = combine::stairs_subtraction(a: Value, b: Value; size: Scalar, step: Scalar) -> Value, prepare::stairs, OpFacts {
                 slope: Slope::MaxOfOperands(1.0),
                 source: "hg_sdf by Mercury, 2015",
                 ..SUBTRACTION
             };
-            /// A shape between two: the first at `t` = 0, the second at 1; `t` is kept within.
+            /// The linear interpolation from the first shape at `t` = 0 to the second at `t` = 1. `t` is clamped to 0 and 1.
             Morph "morph" = combine::morph(a: Value, b: Value; t: Scalar) -> Value, prepare::clamp01, OpFacts {
                 language: Some(Language { name: "morph", arguments: &[required("t", A::Number)] }),
                 bounds: BoundsRule::Hull,
@@ -498,7 +498,7 @@ macro_rules! for_each_operation {
                 ..COMBINE
             };
             // ---------------------------------------------------------------- changes of the point
-            /// The part on the positive side of the mirrored axes, on both sides; an axis is mirrored if its component in `axes` is not zero. Of a shape that crosses a plane, the distance may be too small.
+            /// The part of the shape on the positive side of each mirrored axis, and its mirror image. An axis is mirrored if its component of `axes` is not zero. If the shape crosses a mirror plane, the distance may be too small.
             Mirror "mirror" = domain::mirror(p: Point; axes: Vec3) -> Point, prepare::mirror_flags, OpFacts {
                 language: Some(Language { name: "mirror", arguments: &[required("axes", A::Vec3)] }),
                 exactness: Exactness::ExactOutside,
@@ -506,7 +506,7 @@ macro_rules! for_each_operation {
                 source: "I. Quilez, Distance Functions: symmetry",
                 ..DOMAIN
             };
-            /// A copy every `spacing` along each axis, without end; none along axes where it is zero. The opcode evaluates the copy of the point's own cell.
+            /// An infinite grid of copies, `spacing` apart along each axis. Along axes with a spacing of zero there are no copies. The opcode evaluates the copy of the point's own cell.
             Repeat "repeat" = domain::repeat(p: Point; spacing: Vec3, inverse: Vec3) -> Point, prepare::spacing, OpFacts {
                 language: Some(Language { name: "repeat", arguments: &[required("spacing", A::Lengths3)] }),
                 exactness: Exactness::ExactOutside,
@@ -515,7 +515,7 @@ macro_rules! for_each_operation {
                 source: "I. Quilez, Distance Functions: repetition",
                 ..DOMAIN
             };
-            /// A copy of an endless repetition, `which` cells farther along each axis on the side that the point is nearer to.
+            /// A copy of an infinite repetition, `which` cells farther along each axis on the side that is nearer to the point.
             RepeatNeighbour "repeat_neighbour" = domain::repeat_neighbour(p: Point; spacing: Vec3, inverse: Vec3, which: Vec3) -> Point, prepare::spacing, OpFacts {
                 category: Category::Internal,
                 continuity: Continuity::Jumps,
@@ -532,7 +532,7 @@ macro_rules! for_each_operation {
                 source: "I. Quilez, Distance Functions: limited repetition",
                 ..DOMAIN
             };
-            /// A copy of a limited repetition, `which` cells farther along each axis on the side that the point is nearer to; beyond the last cell, that of the last cell.
+            /// A copy of a limited repetition, `which` cells farther along each axis on the side that is nearer to the point. Beyond the last cell, it is the copy of the last cell.
             RepeatLimitedNeighbour "repeat_limited_neighbour" = domain::repeat_limited_neighbour(p: Point; spacing: Vec3, inverse: Vec3, last: Vec3, which: Vec3) -> Point, prepare::limited_spacing, OpFacts {
                 category: Category::Internal,
                 continuity: Continuity::Jumps,
@@ -540,7 +540,7 @@ macro_rules! for_each_operation {
                 source: "I. Quilez, Domain Repetition",
                 ..DOMAIN
             };
-            /// `n` copies around the y axis; `phase` is the direction of the first one, as an angle from the x axis towards z. The opcode evaluates the copy of the point's own sector.
+            /// `n` copies around the y axis. `phase` is the direction of the first one, as an angle from the x axis towards z. The opcode evaluates the copy of the point's own sector.
             Polar "polar" = domain::polar(p: Point; sector: Scalar, inverse: Scalar, phase: Scalar) -> Point, prepare::polar, OpFacts {
                 language: Some(Language { name: "polar", arguments: &[required("n", A::Count), optional("phase", A::Angle, &[0.0])] }),
                 exactness: Exactness::ExactOutside,
@@ -549,7 +549,7 @@ macro_rules! for_each_operation {
                 source: "hg_sdf by Mercury, 2015: modulo polar",
                 ..DOMAIN
             };
-            /// A copy around the y axis, `which` sectors farther on the side that the point is nearer to.
+            /// A copy around the y axis, `which` sectors farther on the side that is nearer to the point.
             PolarNeighbour "polar_neighbour" = domain::polar_neighbour(p: Point; sector: Scalar, inverse: Scalar, phase: Scalar, which: Scalar) -> Point, prepare::polar_neighbour, OpFacts {
                 category: Category::Internal,
                 continuity: Continuity::Jumps,
@@ -557,7 +557,7 @@ macro_rules! for_each_operation {
                 source: "I. Quilez, Domain Repetition",
                 ..DOMAIN
             };
-            /// `n` copies of a plane shape around the origin; `phase` is the direction of the first one, as an angle from the x axis towards y. The opcode evaluates the copy of the point's own sector.
+            /// `n` copies of a 2-D shape around the origin. `phase` is the direction of the first one, as an angle from the x axis towards y. The opcode evaluates the copy of the point's own sector.
             PolarPlane "polar_plane" = domain::polar_plane(p: Point; sector: Scalar, inverse: Scalar, phase: Scalar) -> Point, prepare::polar, OpFacts {
                 language: Some(Language { name: "polar", arguments: &[required("n", A::Count), optional("phase", A::Angle, &[0.0])] }),
                 exactness: Exactness::ExactOutside,
@@ -566,7 +566,7 @@ macro_rules! for_each_operation {
                 source: "hg_sdf by Mercury, 2015: modulo polar",
                 ..DOMAIN
             };
-            /// A copy around the z axis, `which` sectors farther on the side that the point is nearer to.
+            /// A copy around the z axis, `which` sectors farther on the side that is nearer to the point.
             PolarPlaneNeighbour "polar_plane_neighbour" = domain::polar_plane_neighbour(p: Point; sector: Scalar, inverse: Scalar, phase: Scalar, which: Scalar) -> Point, prepare::polar_neighbour, OpFacts {
                 category: Category::Internal,
                 continuity: Continuity::Jumps,
@@ -574,7 +574,7 @@ macro_rules! for_each_operation {
                 source: "I. Quilez, Domain Repetition",
                 ..DOMAIN
             };
-            /// The shape cut through its middle and pulled apart by `by` along each axis. [`Op::ElongateCorrect`] has to follow.
+            /// The shape, cut through its middle, with its parts moved apart by `by` along each axis. [`Op::ElongateCorrect`] must follow.
             Elongate "elongate" = domain::elongate(p: Point; half: Vec3) -> Point, prepare::half_size, OpFacts {
                 language: Some(Language { name: "elongate", arguments: &[required("by", A::Lengths3)] }),
                 exactness: Exactness::Bound,
@@ -582,7 +582,7 @@ macro_rules! for_each_operation {
                 source: "I. Quilez, Distance Functions: elongation",
                 ..DOMAIN
             };
-            /// The shape turned about the y axis by `rate` per unit of its height.
+            /// The shape rotated about the y axis by `rate` per unit of its height.
             Twist "twist" = domain::twist(p: Point; rate: Scalar) -> Point, prepare::identity, OpFacts {
                 language: Some(Language { name: "twist", arguments: &[required("rate", A::Angle)] }),
                 exactness: Exactness::Field,
@@ -591,7 +591,7 @@ macro_rules! for_each_operation {
                 source: "A. Barr, Global and Local Deformations, 1984; stretch by its singular values",
                 ..DOMAIN
             };
-            /// The shape turned about the z axis by `rate` per unit along x. Where `rate` times y reaches one, space folds over.
+            /// The shape rotated about the z axis by `rate` per unit along x. Where `rate` times y reaches one, space overlaps itself.
             Bend "bend" = domain::bend(p: Point; rate: Scalar) -> Point, prepare::identity, OpFacts {
                 language: Some(Language { name: "bend", arguments: &[required("rate", A::Angle)] }),
                 exactness: Exactness::Field,
@@ -601,7 +601,7 @@ macro_rules! for_each_operation {
                 ..DOMAIN
             };
             // ---------------------------------------------------------------- changes of the distance
-            /// Whatever is not in the shape.
+            /// All points outside of the shape.
             Complement "complement" = distance::complement(d: Value;) -> Value, prepare::identity, OpFacts {
                 language: Some(Language { name: "complement", arguments: &[] }),
                 bounds: BoundsRule::Infinite,
@@ -609,7 +609,7 @@ macro_rules! for_each_operation {
                 source: "A. Ricci, A Constructive Geometry for Computer Graphics, 1973",
                 ..DISTANCE
             };
-            /// The surface moved outwards by `by`, which rounds edges that stand out, or inwards. The distance is exact outside where it moves outwards, and inside where it moves inwards.
+            /// The shape with its surface moved outwards by `by`, or inwards if `by` is negative. An outward offset rounds convex edges. The distance is exact outside for outward offsets, and inside for inward ones.
             Offset "offset" = distance::offset(d: Value; by: Scalar) -> Value, prepare::identity, OpFacts {
                 language: Some(Language { name: "offset", arguments: &[required("by", A::Offset)] }),
                 exactness: Exactness::Bound,
@@ -617,7 +617,7 @@ macro_rules! for_each_operation {
                 source: "J. C. Hart, Sphere Tracing, 1996",
                 ..DISTANCE
             };
-            /// The surface as a wall of the full thickness `thickness`, half of it on each side.
+            /// A wall of the full thickness `thickness`, centred on the surface.
             Shell "shell" = distance::shell(d: Value; half: Scalar) -> Value, prepare::halve_last, OpFacts {
                 language: Some(Language { name: "shell", arguments: &[required("thickness", A::Length)] }),
                 exactness: Exactness::ExactOutside,
@@ -625,7 +625,7 @@ macro_rules! for_each_operation {
                 source: "I. Quilez, Distance Functions: onion",
                 ..DISTANCE
             };
-            /// The inside of an elongated shape's gap; reads the point before [`Op::Elongate`].
+            /// The correction of an elongated shape's distance inside the gap. It reads the point before [`Op::Elongate`].
             ElongateCorrect "elongate_correct" = distance::elongate_correct(d: Value, p: Point; half: Vec3) -> Value, prepare::half_size, OpFacts {
                 category: Category::Internal,
                 slope: Slope::MaxOfOperandsOrOne,
@@ -633,7 +633,7 @@ macro_rules! for_each_operation {
                 source: "I. Quilez, Distance Functions: elongation",
                 ..DISTANCE
             };
-            /// The distance in a space that is `factor` times as large.
+            /// The distance in a space scaled by `factor`.
             ScaleDistance "scale_distance" = distance::scale_distance(d: Value; factor: Scalar) -> Value, prepare::identity, OpFacts {
                 category: Category::Internal,
                 slope: Slope::ScaledBy(|a| a[0].abs()),
@@ -641,7 +641,7 @@ macro_rules! for_each_operation {
                 source: "J. C. Hart, Sphere Tracing, 1996",
                 ..DISTANCE
             };
-            /// A raw field, divided by the bound `slope` of its slope; the row's parameter is made of that bound.
+            /// A raw field divided by its slope bound `slope`. The parameter of the row derives from that bound.
             FieldDistance "field_distance" = distance::field_distance(v: Value; inverse_slope: Scalar) -> Value, prepare::inverse_slope, OpFacts {
                 category: Category::Internal,
                 exactness: Exactness::Bound,
@@ -650,25 +650,25 @@ macro_rules! for_each_operation {
                 source: "D. Kalra and A. Barr, Guaranteed Ray Intersections with Implicit Surfaces, 1989",
                 ..DISTANCE
             };
-            /// A raw field whose slope grows away from the origin, as a step that bounds of the slope within a cube and beyond allow. Its parameters are made of the cube's half side, the bound within, and the factor and exponent of that beyond.
+            /// A safe step for a raw field whose slope grows away from the origin. Its parameters derive from the half side of a cube, the slope bound inside, and the factor and exponent of the bound outside.
             FieldGrowth "field_growth" = distance::field_growth(v: Value, p: Point; side: Scalar, exponent: Scalar, share: Scalar, inverse: Scalar, beyond: Scalar) -> Value, prepare::growth, OpFacts {
                 category: Category::Internal,
                 exactness: Exactness::Bound,
                 slope: Slope::Constant(1.0),
                 only_signs: true,
-                source: "the larger of the steps that are safe within the cube and by the power beyond",
+                source: "the larger of the safe steps inside the cube and by the power law outside",
                 ..DISTANCE
             };
-            /// A raw field that jumps, as the distance `step` in which its sign does not change, with that sign.
+            /// A discontinuous raw field, as the distance `step` in which its sign does not change, with that sign.
             Piecewise "piecewise" = distance::piecewise(v: Value, step: Value;) -> Value, prepare::identity, OpFacts {
                 category: Category::Internal,
                 exactness: Exactness::Bound,
                 slope: Slope::Unbounded,
                 only_signs: true,
-                source: "what leads through a jump is at least as long as the way to it, and as the value beyond it says",
+                source: "a path through a discontinuity is at least as long as the distance to it, and as the safe step of the piece beyond",
                 ..DISTANCE
             };
-            /// A distance that holds only within `margin` of a box around its shape; farther out, that to the box. No step is longer than `limit`. Its parameters are made of the box's two corners, the margin and the limit.
+            /// A distance that is valid only within `margin` of a box around its shape. Farther away, the value is the distance to the box. No step is longer than `limit`. Its parameters derive from the box's two corners, the margin and the limit.
             Bounded "bounded" = distance::bounded(d: Value, p: Point; centre: Vec3, margin: Scalar, half: Vec3, limit: Scalar) -> Value, prepare::corners, OpFacts {
                 category: Category::Internal,
                 exactness: Exactness::Bound,
@@ -678,7 +678,7 @@ macro_rules! for_each_operation {
                 source: "the larger of two bounds",
                 ..DISTANCE
             };
-            /// Makes a repetition's distance safe: at most that to the slabs that hold the neighbours. Reads the folded point; its parameters are made of the two corners of what the cell holds, of the spacing, and of which axes are guarded.
+            /// The distance of a repetition, limited by the distance to the boxes of neighbouring copies. It reads the folded point. Its parameters derive from the two corners of the cell's content, the spacing, and the guarded axes.
             RepeatGuard "repeat_guard" = distance::repeat_guard(d: Value, p: Point; spacing: Vec3, lower: Vec3, upper: Vec3, axes: Vec3) -> Value, prepare::guard, OpFacts {
                 category: Category::Internal,
                 exactness: Exactness::Bound,
@@ -687,7 +687,7 @@ macro_rules! for_each_operation {
                 source: "the gap to the neighbouring cells' contents",
                 ..DISTANCE
             };
-            /// Makes a limited repetition's distance safe. Reads the point before it is folded; its parameters are made of the two corners, the spacing, the counts, and which axes are guarded.
+            /// The distance of a limited repetition, limited by the distance to the boxes of neighbouring copies. It reads the point before it is folded. Its parameters derive from the two corners, the spacing, the counts, and the guarded axes.
             RepeatLimitedGuard "repeat_limited_guard" = distance::repeat_limited_guard(d: Value, p: Point; spacing: Vec3, inverse: Vec3, last: Vec3, lower: Vec3, upper: Vec3, axes: Vec3) -> Value, prepare::limited_guard, OpFacts {
                 category: Category::Internal,
                 exactness: Exactness::Bound,
@@ -736,17 +736,17 @@ macro_rules! for_each_operation {
             Div "div" = math::div(a: Value, b: Value;) -> Value, prepare::identity, POLE;
             /// The remainder of a floored division: it has the divisor's sign.
             Modulo "modulo" = math::modulo(a: Value, b: Value;) -> Value, prepare::identity, JUMP;
-            /// The number with the other sign.
+            /// The number with the opposite sign.
             Neg "neg" = math::neg(a: Value;) -> Value, prepare::identity, OpFacts {
                 slope: Slope::MaxOfOperands(1.0),
                 ..MATH
             };
-            /// The number without its sign.
+            /// The absolute value.
             Abs "abs" = math::abs(a: Value;) -> Value, prepare::identity, OpFacts {
                 slope: Slope::MaxOfOperands(1.0),
                 ..MATH
             };
-            /// −1, 0 or 1.
+            /// The sign as a number: −1, 0 or 1.
             Sign "sign" = math::sign(a: Value;) -> Value, prepare::identity, JUMP;
             /// The smaller of two numbers.
             Min "min" = math::min(a: Value, b: Value;) -> Value, prepare::identity, OpFacts {
@@ -758,24 +758,24 @@ macro_rules! for_each_operation {
                 slope: Slope::MaxOfOperands(1.0),
                 ..MATH
             };
-            /// The first number, kept between the second and the third.
+            /// The first number, clamped to the range from the second to the third.
             Clamp "clamp" = math::clamp(a: Value, low: Value, high: Value;) -> Value, prepare::identity, OpFacts {
                 slope: Slope::MaxOfOperands(1.0),
                 ..MATH
             };
-            /// The largest whole number that is not larger.
+            /// The largest integer that is not greater.
             Floor "floor" = math::floor(a: Value;) -> Value, prepare::identity, JUMP;
-            /// The smallest whole number that is not smaller.
+            /// The smallest integer that is not less.
             Ceil "ceil" = math::ceil(a: Value;) -> Value, prepare::identity, JUMP;
-            /// The nearest whole number, halves upwards.
+            /// The nearest integer; halves are rounded up.
             Round "round" = math::round(a: Value;) -> Value, prepare::identity, JUMP;
-            /// The fraction above the largest integer that is not larger.
+            /// The number minus the largest integer that is not greater.
             Fract "fract" = math::fract(a: Value;) -> Value, prepare::identity, JUMP;
-            /// The whole part, towards zero.
+            /// The integer part, rounded towards zero.
             Trunc "trunc" = math::trunc(a: Value;) -> Value, prepare::identity, JUMP;
             /// The square root; zero for negative numbers.
             Sqrt "sqrt" = math::sqrt(a: Value;) -> Value, prepare::identity, MATH;
-            /// One over the square root, of numbers from 1e-30 on.
+            /// One over the square root; numbers below 1e-30 count as 1e-30.
             InverseSqrt "inverse_sqrt" = math::inverse_sqrt(a: Value;) -> Value, prepare::identity, MATH;
             /// The sine of an angle in radians.
             Sin "sin" = math::sin(a: Value;) -> Value, prepare::identity, OpFacts {
@@ -789,9 +789,9 @@ macro_rules! for_each_operation {
             };
             /// The tangent of an angle in radians.
             Tan "tan" = math::tan(a: Value;) -> Value, prepare::identity, POLE;
-            /// The angle with this sine; the number is kept within −1 and 1.
+            /// The angle with this sine; the number is clamped to −1 and 1.
             Asin "asin" = math::asin(a: Value;) -> Value, prepare::identity, MATH;
-            /// The angle with this cosine; the number is kept within −1 and 1.
+            /// The angle with this cosine; the number is clamped to −1 and 1.
             Acos "acos" = math::acos(a: Value;) -> Value, prepare::identity, MATH;
             /// The angle with this tangent, in [−π/2, π/2].
             Atan "atan" = math::atan(a: Value;) -> Value, prepare::identity, OpFacts {
@@ -809,21 +809,21 @@ macro_rules! for_each_operation {
                 slope: Slope::MaxOfOperands(1.0),
                 ..MATH
             };
-            /// The exponential.
+            /// The exponential function.
             Exp "exp" = math::exp(a: Value;) -> Value, prepare::identity, MATH;
             /// Two to the power of the number.
             Exp2 "exp2" = math::exp2(a: Value;) -> Value, prepare::identity, MATH;
-            /// The natural logarithm; of zero and less, that of the smallest number.
+            /// The natural logarithm; for zero and negative numbers, that of the smallest number.
             Ln "ln" = math::ln(a: Value;) -> Value, prepare::identity, MATH;
-            /// The logarithm to base two; of zero and less, that of the smallest number.
+            /// The logarithm to base two; for zero and negative numbers, that of the smallest number.
             Log2 "log2" = math::log2(a: Value;) -> Value, prepare::identity, MATH;
-            /// The first number, not negative, to the power of the second.
+            /// The first number, which must not be negative, to the power of the second.
             Pow "pow" = math::pow(a: Value, b: Value;) -> Value, prepare::identity, MATH;
             /// 0 where the second number is below the first, 1 elsewhere.
             Step "step" = math::step(edge: Value, a: Value;) -> Value, prepare::identity, JUMP;
-            /// 0 up to the first number, 1 from the second on, a smooth cubic of the third between.
+            /// 0 up to the first number and 1 from the second on. Between them, it is a smooth cubic of the third.
             Smoothstep "smoothstep" = math::smoothstep(low: Value, high: Value, a: Value;) -> Value, prepare::identity, MATH;
-            /// The first number at `t` = 0, the second at `t` = 1, straight between and beyond.
+            /// The linear interpolation from the first number at `t` = 0 to the second at `t` = 1, and its extrapolation.
             Mix "mix" = math::mix(a: Value, b: Value, t: Value;) -> Value, prepare::identity, MATH;
             /// 1 where the first number is smaller, 0 elsewhere.
             Less "less" = math::less(a: Value, b: Value;) -> Value, prepare::identity, JUMP;
@@ -835,30 +835,27 @@ macro_rules! for_each_operation {
             Not "not" = math::not(a: Value;) -> Value, prepare::identity, MATH;
             /// The second number where the first is above a half, the third elsewhere.
             Select "select" = math::select(condition: Value, a: Value, b: Value;) -> Value, prepare::identity, OpFacts {
-                continuity: Continuity::Selects,
-                ..MATH
-            };
-            /// Gradient noise: smooth, about 1 per unit of length, zero at whole coordinates, between −1 and 1 and mostly between −0.5 and 0.5.
+            /// Gradient noise on a lattice of the spacing 1. It is smooth, zero at lattice points, between −1 and 1, and mostly between −0.5 and 0.5.
             Noise "noise" = math::noise(p: Point; seed: Scalar) -> Value, prepare::identity, OpFacts {
                 slope: Slope::Constant(NOISE_STEEPNESS),
                 source: "K. Perlin, Improving Noise, 2002",
                 ..LATTICE
             };
-            /// The operand plus `amplitude` times noise at `frequency` times the point; its parameters are made of frequency, amplitude and seed.
+            /// The operand plus `amplitude` times noise at `frequency` times the point. Its parameters derive from frequency, amplitude and seed.
             NoiseOctave "noise_octave" = math::noise_octave(acc: Value, p: Point; offset: Vec3, frequency: Scalar, amplitude: Scalar, seed: Scalar) -> Value, prepare::octave, OpFacts {
                 slope: Slope::PlusParams(|a| (a[3] * a[4]).abs() * NOISE_STEEPNESS),
                 source: "K. Perlin, Improving Noise, 2002",
                 ..LATTICE
             };
-            /// The operand plus `amplitude` times ridges, 1 − 2·|noise|, at `frequency` times the point; its parameters are made of frequency, amplitude and seed.
+            /// The operand plus `amplitude` times ridges, 1 − 2·|noise|, at `frequency` times the point. Its parameters derive from frequency, amplitude and seed.
             RidgeOctave "ridge_octave" = math::ridge_octave(acc: Value, p: Point; offset: Vec3, frequency: Scalar, amplitude: Scalar, seed: Scalar) -> Value, prepare::octave, OpFacts {
                 slope: Slope::PlusParams(|a| 2.0 * (a[3] * a[4]).abs() * NOISE_STEEPNESS),
                 source: "F. K. Musgrave, in Texturing and Modeling, 1994",
                 ..LATTICE
             };
-            /// The product of a number with itself.
+            /// The number times itself.
             Square "square" = math::square(a: Value;) -> Value, prepare::identity, MATH;
-            /// The slope of gradient noise along a direction: what a field that reads noise is normalized by.
+            /// The slope of gradient noise along a direction, which normalizes fields that read noise.
             NoiseSlope "noise_slope" = math::noise_slope(p: Point; along: Vec3, seed: Scalar) -> Value, prepare::identity, OpFacts {
                 source: "K. Perlin, Improving Noise, 2002",
                 ..LATTICE

@@ -63,177 +63,192 @@ const DESCRIPTIONS: &[(&str, &str, &str)] = &[
     (
         "rotate",
         "",
-        "The shape turned about an axis through the origin, counterclockwise when looked at from the \
-         axis' tip; without an axis, about the one that points up. Three angles `[a, b, c]` turn \
-         about x, then y, then z. A 2D shape turns in its plane.",
+        "The shape rotated about an axis through the origin. The rotation is counterclockwise, seen from \
+         the tip of the axis. Without an axis, it is about the axis that points up. Three angles `[a, b, \
+         c]` rotate about x, then y, then z. A 2-D shape rotates in its plane.",
     ),
     (
         "rotate_quaternion",
         "",
-        "The shape turned by a quaternion `[x, y, z, w]` of any length.",
+        "The shape rotated by a quaternion `[x, y, z, w]` of any length.",
     ),
     (
         "scale",
         "",
-        "The shape scaled by a factor, or by one for each axis.",
+        "The shape scaled by a factor, or by one factor for each axis.",
     ),
     (
         "shear",
         "",
-        "The shape sheared: x moves by `xy` per unit of y and by `xz` per unit of z, y by \
-      `yz` per unit of z.",
+        "The shape sheared: x moves by `xy` per unit of y and by `xz` per unit of z, y by `yz` per unit \
+         of z.",
     ),
     (
         "mirror",
         "",
-        "What lies on the positive side of a plane, on both sides of it: `mirror(X)`, several axes \
-         at once `mirror([1, 0, 1])`, or any normal, `at` along it from the origin. What lies on the \
-         other side is not seen; `reflect` moves a whole shape there.",
+        "The part of the shape on the positive side of a plane, and its mirror image. The plane is given \
+         by one axis `mirror(X)`, by several axes `mirror([1, 0, 1])`, or by any normal. `at` is its \
+         distance from the origin, along the normal. The part on the other side is not shown; `reflect` \
+         moves a whole shape there.",
     ),
     (
         "reflect",
         "shape: shape, normal: direction, at?: length",
-        "The mirror image of the shape in the plane with this \
-      normal, `at` along it from the origin. Of two vectors, the first reflected by the second.",
+        "The mirror image of the shape in the plane with this normal. `at` is the distance of the plane \
+         from the origin, along the normal. For two vectors, the first one reflected by the second.",
     ),
     (
         "repeat",
         "",
-        "Copies of the shape every `spacing` along each axis (none where it is 0): without end, or \
-         `count` of them, centred. The shape must fit into a cell.",
+        "Copies of the shape, `spacing` apart along each axis (none where it is 0). They are infinitely \
+         many, or `count`, centred at the origin. The shape is at most eight \
+         times as long as its cell.",
     ),
     (
         "polar",
         "",
-        "`n` copies of the shape about the axis that points up, or in the plane for a 2D shape. The \
-         first stands where the shape stands.",
+        "`n` copies of the shape about the axis that points up, or in the plane for a 2-D shape. The \
+         first copy is the shape itself.",
     ),
     (
         "elongate",
         "",
-        "The shape cut through its middle and pulled apart by a length along each axis.",
+        "The shape, cut through its middle, with its parts moved apart by a length along each axis.",
     ),
     (
         "twist",
         "",
-        "The shape turned about the axis that points up, by an angle per unit of height.",
+        "The shape rotated about the axis that points up, by an angle per unit of height.",
     ),
     (
         "bend",
         "",
-        "The shape curled upwards, by an angle per unit along x.",
+        "The shape bent upwards, by an angle per unit along x.",
     ),
     (
         "revolve",
         "",
-        "The 2D shape turned about the axis that points up, its y along it; `offset` moves it away \
-         from the axis first, `angle` ends the turn, symmetric about x.",
+        "The 2-D shape revolved around the axis that points up, with its y along that axis. `offset` \
+         moves it away from the axis first. `angle` limits the revolution, symmetric about x.",
     ),
-    ("section", "", "The 2D shape that a solid shows in a plane."),
+    ("section", "", "The 2-D section of a solid in a plane."),
     (
         "slice",
         "",
-        "What lies beyond a plane through the origin, or `at` along its normal: the side \
-      that the normal points to.",
+        "The part of a solid beyond a plane: on the side that the normal points to. `at` is the distance \
+         of the plane from the origin, along the normal.",
     ),
     (
         "morph",
         "",
-        "A shape between two: the first at `t` = 0, the other at 1.",
+        "The interpolation between two shapes: the first at `t` = 0, the second at 1.",
     ),
     (
         "normalized",
         "",
-        "The same surface with a distance for its value: the value divided by the length of its gradient, which \
-         is right at the surface and nearly so beside it. Offsets, shells and blends then act as on shapes. \
-         Operands of unions, of `min` and of `max` are normalized each by itself. `reach` is the largest \
-         distance, for fields whose gradient vanishes somewhere.",
+        "The same surface with a distance as its value: the value divided by the length of its gradient. \
+         It is exact at the surface and approximate near it. Offsets, shells and blends then act as they \
+         do on shapes. Operands of unions, of `min` and of `max` are normalized separately. `reach` \
+         limits the distance, for fields whose gradient is zero somewhere.",
     ),
     (
         "complement",
         "",
-        "Whatever is not in the shape; also written `!shape`.",
+        "All points outside of the shape; also written `!shape`.",
     ),
     (
         "field",
         "",
-        "The solid where a function of the point is negative, or a 2D shape if the function is \
-         written `fn(p: vec2)`. `lipschitz` states how fast it rises at most, `within` cuts it to a \
-         box of this size.",
+        "The solid where a function of the point is negative, or a 2-D shape if the function is written \
+         `fn(p: vec2)`. `lipschitz` states a bound on its slope, and `within` cuts it to a box of this \
+         size.",
     ),
     (
         "heightfield",
         "",
-        "Everything below a height, a function of the point on the ground (a vec2), within a \
-         rectangle; down to `base`.",
+        "The solid below a height, within a rectangle and down to `base`. The height is a function of the \
+         point on the ground (a vec2).",
     ),
     (
         "displace",
         "",
-        "The surface moved outwards by a function of the point.",
+        "The shape with its surface moved outwards by a function of the point.",
     ),
     (
         "warp",
         "",
-        "The shape seen through a change of space: at a point it is what it was at the \
-      function of that point.",
+        "The shape in a distorted space: its value at a point is that of the shape at the function of the \
+         point.",
     ),
     (
         "polygon",
         "",
-        "The inside of a closed line through points of the plane.",
+        "The inside of a closed polygon through points of the plane.",
     ),
-    ("nothing", "", "No shape at all; it changes no union."),
-    ("material", "", "The shape in a material."),
+    (
+        "nothing",
+        "",
+        "An empty shape; a union with it changes nothing.",
+    ),
+    ("material", "", "The shape with a material."),
     (
         "color",
         "",
-        "The shape in a color, or in a function of the point and the normal that gives one.",
+        "The shape with a color, or with a color that is a function of the point and the normal.",
     ),
-    ("only", "", "Draws only this shape, and others so marked."),
+    (
+        "only",
+        "",
+        "Draws only this shape and other shapes with this mark.",
+    ),
     (
         "ghost",
         "",
-        "Takes the shape out of all operations and draws it pale, where it stands.",
+        "The shape, removed from all operations and drawn in a pale material.",
     ),
-    ("hide", "", "Takes the shape away."),
+    ("hide", "", "The shape, removed from the scene."),
     (
         "noise",
         "",
-        "Gradient noise at a point: smooth, about 1 per unit of length, between -1 and 1.",
+        "Gradient noise at a point, on a lattice of the spacing 1. It is smooth and between -1 and 1.",
     ),
     (
         "fbm",
         "",
-        "Noise at several scales, each with `gain` times the amplitude and `lacunarity` times \
-      the frequency of the one before; the first has the amplitude 0.5.",
+        "The sum of noise at several scales. Each octave has `gain` times the amplitude and `lacunarity` \
+         times the frequency of the previous one. The amplitude of the first is 0.5.",
     ),
-    ("ridge", "", "The same of ridges, 1 - 2 * |noise|."),
-    ("len", "", "How many elements a list has."),
+    (
+        "ridge",
+        "",
+        "The sum of ridges, 1 - 2 * |noise|, at several scales, as in `fbm`.",
+    ),
+    ("len", "", "The number of elements of a list."),
     (
         "map",
         "",
-        "The list of what a function gives for each element.",
+        "The list of a function's results for each element.",
     ),
     ("filter", "", "The elements for which a function is true."),
     ("fold", "", "`f(f(start, first), second)` and so on."),
     ("sum", "", "The sum of a list's elements."),
     ("at", "", "An element of a list, counted from 0."),
-    ("reverse", "", "The list from its end."),
+    ("reverse", "", "The list in reverse order."),
     (
         "random",
         "",
-        "A number from 0 to 1 that is always the same for the same `i` and `seed`.",
+        "A pseudo-random number from 0 to 1 that depends on `i` and `seed` alone.",
     ),
     (
         "union",
         "shapes.., smooth?: length, kernel?: word, chamfer?: length, fillet?: length, stairs?: length, n?: count",
-        "Whatever is in any of the shapes, or of a list of them; also written `a | b`, with a blend `a |[0.2] b`.",
+        "The points in any of the shapes, or in any shape of a list; also written `a | b`, with a blend \
+         `a |[0.2] b`.",
     ),
     (
         "intersect",
         "shapes.., with the blends of union",
-        "Whatever is in all of the shapes; also written `a & b`.",
+        "The points in all of the shapes; also written `a & b`.",
     ),
     (
         "subtract",
@@ -243,22 +258,22 @@ const DESCRIPTIONS: &[(&str, &str, &str)] = &[
     (
         "xor",
         "shapes..",
-        "Whatever is in an odd number of the shapes.",
+        "The points in an odd number of the shapes.",
     ),
     (
         "min",
         "values..",
-        "The smallest of several values, or of a list or a vector.",
+        "The smallest of several values, or of the elements of a list or a vector.",
     ),
     (
         "max",
         "values..",
-        "The largest of several values, or of a list or a vector.",
+        "The largest of several values, or of the elements of a list or a vector.",
     ),
     (
         "pow",
         "a, b",
-        "a to the power of b; small whole powers hold for negative numbers too.",
+        "a to the power of b. Integer exponents from -16 to 16 also apply to negative numbers.",
     ),
     ("dot", "a, b", "The inner product of two vectors."),
     ("cross", "a, b", "The vector product of two vec3."),
@@ -266,14 +281,14 @@ const DESCRIPTIONS: &[(&str, &str, &str)] = &[
     (
         "distance",
         "a, b",
-        "The length of the difference of two vectors. Of a shape, `distance(shape)` is `normalized(shape)`.",
+        "The distance between two points. For a shape, `distance(shape)` is `normalized(shape)`.",
     ),
     (
         "normalize",
         "v",
         "The vector of length one in the same direction.",
     ),
-    ("saturate", "x", "Kept within 0 and 1."),
+    ("saturate", "x", "x clamped to 0 and 1."),
     ("radians", "x", "A number of degrees as an angle."),
     ("degrees", "angle", "An angle as a number of degrees."),
     ("fma", "a, b, c", "a * b + c"),
@@ -283,41 +298,44 @@ const DESCRIPTIONS: &[(&str, &str, &str)] = &[
     (
         "vec2",
         "numbers and vectors..",
-        "Two numbers; one number stands for both.",
+        "A vector of two numbers; a single number is used for both.",
     ),
     (
         "vec3",
         "numbers and vectors..",
-        "Three numbers; one number stands for all.",
+        "A vector of three numbers; a single number is used for all.",
     ),
     (
         "vec4",
         "numbers and vectors..",
-        "Four numbers; one number stands for all.",
+        "A vector of four numbers; a single number is used for all.",
     ),
     ("rgb", "r, g, b", "A color from linear red, green and blue."),
     (
         "hsv",
         "hue, saturation, value",
-        "A color of the screen by its hue, an angle or a share of a turn.",
+        "An sRGB color by its hue, which is an angle or a fraction of a turn.",
     ),
     (
         "list",
         "values..",
-        "A list of the values, or of a range's or a vector's.",
+        "A list of the values, of the numbers of a range, or of the components of a vector.",
     ),
-    ("concat", "lists..", "One list after the other."),
+    (
+        "concat",
+        "lists..",
+        "The elements of several lists in one list.",
+    ),
     ("str", "values..", "The values as one text."),
     (
         "print",
         "values..",
-        "Tells the values to whoever builds the scene; `x.print()` goes on with x.",
+        "Reports the values in the build's output; `x.print()` has the value x.",
     ),
     (
         "assert",
         "condition, message?",
-        "Ends with the message if the condition does not hold, now or \
-      whenever a param changes.",
+        "Fails with the message if the condition is false, now or after a change of a parameter.",
     ),
 ];
 
