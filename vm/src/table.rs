@@ -835,6 +835,9 @@ macro_rules! for_each_operation {
             Not "not" = math::not(a: Value;) -> Value, prepare::identity, MATH;
             /// The second number where the first is above a half, the third elsewhere.
             Select "select" = math::select(condition: Value, a: Value, b: Value;) -> Value, prepare::identity, OpFacts {
+                continuity: Continuity::Selects,
+                ..MATH
+            };
             /// Gradient noise on a lattice of the spacing 1. It is smooth, zero at lattice points, between −1 and 1, and mostly between −0.5 and 0.5.
             Noise "noise" = math::noise(p: Point; seed: Scalar) -> Value, prepare::identity, OpFacts {
                 slope: Slope::Constant(NOISE_STEEPNESS),
