@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
-# Runs every check of the project. Where no Vulkan driver is installed it installs a software one
-# if it may, and a desktop without a screen for the window; where it may not, it skips the GPU tests or
-# those of the window and says so at the end.
+# Runs every check of the project. It installs a software Vulkan driver and a virtual desktop for the window
+# where they are missing. Where it may not install them, it skips the GPU tests or the tests of the window.
+# The end of its output lists skipped tests.
 set -euo pipefail
 cd "$(dirname "$0")"
 
@@ -16,7 +16,7 @@ finish() {
         echo "all checks passed in $SECONDS s"
     else
         echo "failed after $SECONDS s in $step (exit status $status)"
-        skipped+=("what follows $step")
+        skipped+=("all steps after $step")
     fi
     if ((${#skipped[@]} == 0)); then
         echo "skipped: nothing"
@@ -26,7 +26,7 @@ finish() {
 }
 trap finish EXIT
 
-# A step: what it is, and the command.
+# Runs a step: its name, and its command.
 run() {
     step=$1
     shift
@@ -35,7 +35,7 @@ run() {
     "$@"
 }
 
-# Whether the Vulkan loader is here and a driver that will find something to drive.
+# Reports whether the Vulkan loader is installed, and a driver that has a device.
 has_vulkan() {
     find_loader && find_driver
 }
@@ -50,7 +50,7 @@ find_loader() {
 
 find_driver() {
     local file
-    # Where these variables are set the loader looks nowhere else.
+    # If one of these variables is set, the loader reads no other folder.
     local named=${VK_DRIVER_FILES:-${VK_ICD_FILENAMES:-}}
     if [[ -n $named ]]; then
         for file in ${named//:/ }; do
@@ -76,7 +76,7 @@ has_graphics_device() {
     return 1
 }
 
-# Installs packages, or sets `reason` to why it could not. The first word is what is missing.
+# Installs packages, or sets `reason`. The first argument describes the missing part.
 install() {
     local missing=$1 as_root=()
     shift
@@ -91,7 +91,7 @@ install() {
         fi
         as_root=(sudo -n)
     fi
-    # One unreachable source does not keep the packages from coming from another.
+    # If one source is unreachable, another one may have the packages.
     "${as_root[@]}" apt-get update -q || echo "warning: apt-get update failed"
     if ! "${as_root[@]}" env DEBIAN_FRONTEND=noninteractive \
         apt-get install -q -y --no-install-recommends "$@"; then
@@ -100,7 +100,7 @@ install() {
     fi
 }
 
-# Installs software Vulkan, or sets `reason` to why it could not.
+# Installs software Vulkan, or sets `reason`.
 install_vulkan() {
     install "no Vulkan driver is installed" mesa-vulkan-drivers libvulkan1 || return 1
     if ! has_vulkan; then
@@ -109,8 +109,8 @@ install_vulkan() {
     fi
 }
 
-# Whether there is a desktop that nobody sees, on which the window can be tried, a hand for its mouse,
-# and the library of keyboards that windows load when they open.
+# Reports whether the tests of the window can run. They need a virtual desktop, a simulated mouse, and the
+# keyboard library that a window loads when it opens.
 has_desktop() {
     local file
     command -v Xvfb >/dev/null && command -v xdotool >/dev/null || return 1
@@ -120,14 +120,14 @@ has_desktop() {
     return 1
 }
 
-# Installs them, or sets `reason` to why it could not.
+# Installs the virtual desktop, or sets `reason`.
 install_desktop() {
-    install "no desktop for the window is installed" xvfb xdotool \
+    install "no virtual desktop for the window is installed" xvfb xdotool \
         libx11-xcb1 libxcursor1 libxi6 libxkbcommon-x11-0 libxrandr2
 }
 
-# The file of a second software driver, SwiftShader, which comes with Chromium and Chrome: strict
-# arithmetic is tried on it too. It is too large to be installed for that alone.
+# Prints the file of a second software driver, SwiftShader, which Chromium and Chrome include. Strict
+# arithmetic is tested on it too. It is too large to be installed for that purpose alone.
 find_second_device() {
     local file
     for file in /usr/lib*/chromium*/vk_swiftshader_icd.json /opt/google/chrome*/vk_swiftshader_icd.json \
@@ -140,14 +140,14 @@ find_second_device() {
     return 1
 }
 
-# Mesa complains on stderr when this is not set.
+# Mesa prints a warning if this variable is not set.
 if [[ -z ${XDG_RUNTIME_DIR:-} ]]; then
     own_runtime_dir=$(mktemp -d)
     export XDG_RUNTIME_DIR=$own_runtime_dir
 fi
 
 if [[ -n ${SDFC_SKIP_GPU:-} ]]; then
-    skipped+=("GPU tests, as SDFC_SKIP_GPU asks: $SDFC_SKIP_GPU")
+    skipped+=("GPU tests, by SDFC_SKIP_GPU: $SDFC_SKIP_GPU")
 elif ! has_vulkan; then
     echo "==> no Vulkan driver is installed: installing software Vulkan"
     if ! install_vulkan; then
@@ -159,28 +159,28 @@ else
     echo "==> a Vulkan driver is installed"
 fi
 
-# The window is drawn by Vulkan, too.
+# Vulkan draws the window, too.
 if [[ -n ${SDFC_SKIP_GPU:-} ]]; then
     export SDFC_SKIP_WINDOW=${SDFC_SKIP_WINDOW:-$SDFC_SKIP_GPU}
 fi
 if [[ -n ${SDFC_SKIP_WINDOW:-} ]]; then
     skipped+=("tests of the window: $SDFC_SKIP_WINDOW")
 elif ! has_desktop; then
-    echo "==> no desktop for the window is installed: installing Xvfb and xdotool"
+    echo "==> no virtual desktop for the window is installed: installing Xvfb and xdotool"
     if ! install_desktop; then
-        echo "warning: $reason; the window will not be tried"
+        echo "warning: $reason; the tests of the window will be skipped"
         export SDFC_SKIP_WINDOW=$reason
         skipped+=("tests of the window: $reason")
     fi
 else
-    echo "==> a desktop to try the window on is installed"
+    echo "==> a virtual desktop for the window is installed"
 fi
 
 if [[ -n ${SDFC_SKIP_GPU:-} ]]; then
     unset SDFC_SECOND_DEVICE
 elif [[ -n ${SDFC_SECOND_DEVICE:-} ]] || SDFC_SECOND_DEVICE=$(find_second_device); then
     export SDFC_SECOND_DEVICE
-    echo "==> a second Vulkan driver is tried too: $SDFC_SECOND_DEVICE"
+    echo "==> a second Vulkan driver is tested too: $SDFC_SECOND_DEVICE"
 else
     unset SDFC_SECOND_DEVICE
     echo "==> no second Vulkan driver is installed (SwiftShader of Debian's chromium-common): one device is enough"

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# The long form of all campaigns: so many inputs of each, a million where nothing else is said.
+# The long form of all random tests. The argument is the number of inputs for each, by default a million.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 export SDFC_FUZZ=${1:-1000000}
