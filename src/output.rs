@@ -20,7 +20,7 @@ pub(crate) fn print(bytes: impl AsRef<[u8]>) -> Result<(), Failure> {
 /// Prints data as JSON, for scripts.
 pub(crate) fn print_json(value: &impl serde::Serialize) -> Result<(), Failure> {
     let mut text = serde_json::to_string_pretty(value)
-        .map_err(|error| Failure::Input(format!("the result is no JSON: {error}")))?;
+        .map_err(|error| Failure::Input(format!("the result is not JSON: {error}")))?;
     text.push('\n');
     print(text)
 }

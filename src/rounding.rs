@@ -74,22 +74,20 @@ fn visible_error_warning(error: Option<ErrorBound>) -> Option<String> {
     let worst = error.filter(|worst| worst.largest_found > MIN_VISIBLE_PIXELS)?;
     if worst.is_unbounded {
         return Some(
-            "the field has values beyond all numbers of f32, as high powers have, and surfaces may be \
-             drawn where there are none: stop its iterations sooner, or take a logarithm of what they \
-             give"
+            "the field overflows f32, as high powers do, and the picture may show surfaces that do not exist: \
+             stop its iterations earlier, or take a logarithm of their results"
                 .to_owned(),
         );
     }
     if worst.largest_found > MAX_MEANINGFUL_PIXELS {
         return Some(
-            "rounding decides what is seen: the camera touches a surface. Move the camera away from \
-             there"
+            "rounding decides which surface is visible: the camera touches one. Move the camera away from it"
                 .to_owned(),
         );
     }
     Some(format!(
-        "rounding may move what is seen by {} pixels: f32 has 7 digits, so move the scene and the \
-         camera nearer to the origin, or make all of it larger but for its distance from there",
+        "rounding may move surfaces by {} pixels: f32 has 7 digits, so move the scene and the \
+         camera nearer to the origin, or enlarge the scene without moving it farther away",
         pixels(worst.largest_found)
     ))
 }

@@ -27,37 +27,37 @@ pub struct Pass {
 pub const PASSES: [Pass; 6] = [
     Pass {
         name: "fold",
-        summary: "constant values, and operations that change nothing; values stay the same",
+        summary: "folds constants and operations without effect; values stay the same",
         needs_lod_target: false,
         run: fold::fold,
     },
     Pass {
         name: "cse",
-        summary: "what is computed twice, if with operands exchanged; values stay the same",
+        summary: "merges equal nodes, also with operands exchanged; values stay the same",
         needs_lod_target: false,
         run: cse::cse,
     },
     Pass {
         name: "lipschitz",
-        summary: "divisions by slopes that need not be so large; values stay safe steps",
+        summary: "reduces divisors of slopes that are larger than necessary; values stay safe steps",
         needs_lod_target: false,
         run: lipschitz::lipschitz,
     },
     Pass {
         name: "lod",
-        summary: "only where asked for: what is smaller than pixels made simpler; values change by a bound",
+        summary: "with `--lod` only: simplifies details below the tolerance; values change by at most that",
         needs_lod_target: true,
         run: lod::lod,
     },
     Pass {
         name: "bounding",
-        summary: "guards in front of what is too far away to matter; values stay the same",
+        summary: "adds guards that skip distant shapes; values stay the same",
         needs_lod_target: false,
         run: bounding::bounding,
     },
     Pass {
         name: "dead",
-        summary: "nodes that nothing reads; values stay the same",
+        summary: "removes nodes that nothing reads; values stay the same",
         needs_lod_target: false,
         run: dead::dead,
     },

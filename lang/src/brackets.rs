@@ -204,7 +204,7 @@ impl<'s> BracketBalancer<'s, '_> {
                 let message = format!("this `{opener}` is closed by a `{}`", symbol(token));
                 self.report(
                     Diagnostic::error(codes::E0111, span, message)
-                        .primary(format!("`{}` is wanted here", symbol(closer)))
+                        .primary(format!("`{}` belongs here", symbol(closer)))
                         .label(innermost.span, "opened here")
                         .fix(span, symbol(closer), format!("write `{}`", symbol(closer))),
                 );

@@ -125,9 +125,9 @@ impl<'s> Lexed<'s> {
                 Some(_) => token,
                 None => {
                     self.report(
-                        Diagnostic::error(codes::E0107, span, format!("`{word}` is no colour"))
+                        Diagnostic::error(codes::E0107, span, format!("`{word}` is not a color"))
                             .primary(color_error(word))
-                            .help("a colour is `#rgb`, `#rrggbb` or `#rrggbbaa`"),
+                            .help("a color is `#rgb`, `#rrggbb` or `#rrggbbaa`"),
                     );
                     Token::Color("#000")
                 }
@@ -172,9 +172,9 @@ impl<'s> Lexed<'s> {
                 Diagnostic::error(
                     codes::E0108,
                     escape,
-                    format!("`{escape_text}` means nothing"),
+                    format!("`{escape_text}` is not an escape"),
                 )
-                .help("a string knows `\\n`, `\\t`, `\\\\` and `\\\"`"),
+                .help("the escapes of a string are `\\n`, `\\t`, `\\\\` and `\\\"`"),
             );
         }
     }
@@ -224,7 +224,7 @@ fn number_error(word: &str, error: NumberError, span: Span) -> Diagnostic {
                 ..span
             };
             let diagnostic =
-                Diagnostic::error(codes::E0106, range, format!("`{suffix}` is no unit"));
+                Diagnostic::error(codes::E0106, range, format!("`{suffix}` is not a unit"));
             match likely_unit(suffix) {
                 Some(unit) => diagnostic.primary(format!("did you mean `{unit}`?")).fix(
                     range,

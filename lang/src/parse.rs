@@ -77,7 +77,7 @@ fn too_large(file: FileId, bytes: usize) -> Diagnostic {
     let message =
         format!("this file is too large: it has {bytes} bytes, and {MAX_SOURCE_BYTES} are allowed");
     Diagnostic::error(codes::E0001, Span::new(file, 0, 0), message)
-        .help("split it and `import` the pieces, or let a `for` make what repeats")
+        .help("split it and `import` the pieces, or write a `for` instead of repetition")
 }
 
 struct Parser<'s> {

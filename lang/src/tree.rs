@@ -304,7 +304,7 @@ impl AstBuilder {
         if blend.args.is_empty() {
             let symbol = op.symbol();
             self.report(
-                Diagnostic::error(codes::E0128, blend.span, "this blend says nothing")
+                Diagnostic::error(codes::E0128, blend.span, "this blend is empty")
                     .primary("a radius is missing")
                     .help(format!("write `{symbol}[0.2]`, or `{symbol}` alone")),
             );
@@ -375,7 +375,7 @@ impl AstBuilder {
             let end_span = self.span(start, end).at_end();
             self.report(
                 Diagnostic::error(codes::E0122, end_span, "this `if` has no `else`")
-                    .primary("what is the value otherwise?")
+                    .primary("the value of the other case is missing")
                     .label(self.span(start, start + 2), "an `if` is an expression"),
             );
             self.plain_body(self.placeholder(end_span))

@@ -302,7 +302,9 @@ fn run_one_off(task: OneOffTask, files: &dyn Files) -> TaskResult {
         OneOffTask::Export(target, scene) => {
             let text = translate(&scene.opened.compiled, target)
                 .map_err(|error| error.to_string())
-                .and_then(|bytes| String::from_utf8(bytes).map_err(|_| "it is no text".to_owned()));
+                .and_then(|bytes| {
+                    String::from_utf8(bytes).map_err(|_| "it is not text".to_owned())
+                });
             TaskResult::Exported(text)
         }
     }

@@ -134,7 +134,7 @@ pub fn resolve(
         MAX_SAMPLES_PER_SIDE,
     )?;
     let steps = within(
-        "the most steps of a ray",
+        "the maximum number of steps of a ray",
         overrides.steps.unwrap_or(render.steps),
         u32::MAX,
     )?;
@@ -159,7 +159,7 @@ pub fn resolve(
         size,
         aa,
         steps,
-        far: positive("how far a ray goes", far)?,
+        far: positive("the range of a ray", far)?,
         cone: RenderSettings::CONE,
         relaxation: RenderSettings::RELAXATION,
         cells: overrides.cells,
@@ -361,9 +361,9 @@ fn lighting(settings: &Settings, read: &Reader<'_>) -> Result<Lighting, Settings
         .collect::<Result<_, _>>()?;
     Ok(Lighting {
         lights,
-        sky_top: read.triple("the sky's colour", sky.top)?,
-        sky_horizon: read.triple("the sky's colour at the horizon", sky.horizon)?,
-        sky_ground: read.triple("the sky's colour below", sky.ground)?,
+        sky_top: read.triple("the sky's color", sky.top)?,
+        sky_horizon: read.triple("the sky's color at the horizon", sky.horizon)?,
+        sky_ground: read.triple("the sky's color below", sky.ground)?,
         up: if settings.z_up {
             [0.0, 0.0, 1.0]
         } else {
@@ -392,7 +392,7 @@ fn light(scene_light: &scene::Light, read: &Reader<'_>) -> Result<ResolvedLight,
         scene::Shadow::Soft(setting) => ResolvedShadow::Improved(size(setting)?),
         scene::Shadow::Sized(setting) => ResolvedShadow::Sized(size(setting)?),
     };
-    let color = read.triple("the colour of a light", scene_light.color)?;
+    let color = read.triple("the color of a light", scene_light.color)?;
     Ok(ResolvedLight {
         source,
         color: color.map(|channel| channel * intensity),

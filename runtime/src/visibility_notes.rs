@@ -65,7 +65,7 @@ fn dark_light_note(
     if surface_distance < 0.0 {
         return (light.shadow != ResolvedShadow::None).then(|| {
             format!(
-                "the light at {} is inside a solid, which keeps all of its light: move it out, or give it \
+                "the light at {} is inside a solid, which blocks all of its light: move it out, or give it \
                  `shadow: none`",
                 format_point(position)
             )
@@ -77,8 +77,8 @@ fn dark_light_note(
         settings.mode == Mode::Shaded && max_component > 0.0 && arriving < MIN_VISIBLE_LIGHT;
     is_faint.then(|| {
         format!(
-            "the light at {} is too faint to be seen: it falls off with the square of the distance, and the nearest \
-             surface is {} away. {} times its `intensity` is there what this is one unit away",
+            "the light at {} is too faint to be visible: it falls off with the square of the distance, and the nearest \
+             surface is {} away. {} times its `intensity` makes it as bright there as it is one unit away",
             format_point(position),
             format_number(surface_distance),
             format_number((surface_distance * surface_distance).round())
@@ -102,7 +102,7 @@ fn nothing_visible_reason(module: &Module, settings: &RenderSettings) -> String 
     let (min_value, min_point) = min_sample(module, bounds, settings.is_2d);
     if min_value >= 0.0 {
         return format!(
-            "the field is nowhere below zero at {SAMPLE_POINTS} points that were tried, and {} at least, near {}. \
+            "the field is nowhere below zero at {SAMPLE_POINTS} sampled points, and {} at least, near {}. \
              Perhaps all of it is cut away; or the field has no sign, and a surface is where the sign changes: \
              give it a thickness, such as `.offset(0.01)`",
             format_number(f64::from(min_value)),
@@ -113,9 +113,9 @@ fn nothing_visible_reason(module: &Module, settings: &RenderSettings) -> String 
     let depth = min_visible_depth(min_point, view.from);
     if !settings.is_2d && f64::from(min_value) > -depth {
         return format!(
-            "the deepest of {SAMPLE_POINTS} points that were tried is {} inside of a surface, and coordinates as large as \
-             these are rounded by more: at least {} are wanted. Draw the scene nearer to the origin and to the \
-             camera, or make what is thin thicker",
+            "the deepest of {SAMPLE_POINTS} sampled points is {} inside of a surface, and coordinates as large as \
+             these are rounded by more: at least {} are required. Draw the scene nearer to the origin and to the \
+             camera, or make thin parts thicker",
             format_number(f64::from(-min_value)),
             format_number(depth)
         );

@@ -20,7 +20,7 @@ pub(crate) fn page(report: &BenchReport) -> Result<String, String> {
     }
     let _ = write!(text, "</ul>\n<h2>{}</h2>\n", suite_title(report));
     text.push_str(&suite_charts(report)?);
-    text.push_str("<details><summary>What the words mean</summary>\n");
+    text.push_str("<details><summary>Terms</summary>\n");
     for paragraph in LEGEND {
         let _ = writeln!(text, "<p>{}</p>", code_spans(paragraph));
     }
@@ -130,7 +130,7 @@ fn suite_charts(report: &BenchReport) -> Result<String, String> {
             }),
         },
         Chart {
-            title: "Work against what is seen".to_owned(),
+            title: "Work against visible difference".to_owned(),
             x_label: "evaluations per pixel, mean of the scenes",
             y_label: "ꟻLIP, mean of the scenes",
             series: series(|row| ChartPoint {

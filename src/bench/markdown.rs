@@ -9,26 +9,25 @@ use std::fmt::Write;
 
 /// Explanations of the words in the tables, a paragraph each.
 pub(crate) const LEGEND: [&str; 6] = [
-    "Errors are against the truth that the engine `reference` proves with intervals in double \
-     precision, one ray through the middle of each pixel; rays that it cannot decide are left out. \
-     All settings but the one named are the scene's own: the row `default`.",
-    "`threshold` is how near to a surface a ray comes before it looks for the root, as a share of half \
-     a pixel. `plain steps` is sphere tracing without relaxation. `lod` leaves out detail smaller \
-     than so many pixels. `no cells` evaluates the whole program everywhere.",
-    "`ms` is the median of several pictures, each from a slightly different place so that nothing \
-     is kept between them, without the compilation of kernels. `evaluations/px` counts the field's \
-     evaluations for rays, normals, shadows and occlusion; `on rays/px` those along the rays of \
-     pixels alone.",
-    "`wrong rays` hit in the picture and miss in truth, or the other way round; `off silhouettes` \
-     counts those of them that are at no silhouette. `depth` is the error of the depth as a share \
-     of the depth, silhouettes included; `smooth` leaves out all but smooth pixels. `normals` are \
-     angles at smooth pixels away from edges. `step cap` counts rays that ran out of steps, `far` those \
-     that met nothing as far as they go, where the scene goes on.",
-    "`ꟻLIP` is the mean perceptual difference (Andersson and others, 2020) of the shaded picture \
-     from one with the finest settings, 0 for none and 1 for the largest.",
-    "A setting is on the `front` of time or of evaluations if no other on its engine costs no more \
-     and has no larger `depth p99`. Over all scenes, times and evaluations are means, rays are \
-     sums, errors are medians of the scenes.",
+    "Errors are measured against the truth that the engine `reference` proves with intervals in double \
+     precision. It traces one ray through the centre of each pixel, and undecided rays are left out. \
+     The row `default` has the scene's own settings. Each other row changes the named setting only.",
+    "`threshold` is the distance to a surface at which a ray starts to look for the root, as a fraction \
+     of half a pixel. `plain steps` is sphere tracing without relaxation. `lod` simplifies details below \
+     this number of pixels. `no cells` evaluates the whole program everywhere.",
+    "`ms` is the median time of several pictures without the compilation of kernels. Each picture has a \
+     slightly different camera, so that no result is reused. `evaluations/px` counts evaluations of the \
+     field for rays, normals, shadows and occlusion. `on rays/px` counts those along primary rays only.",
+    "`wrong rays` hit in the picture and miss in truth, or the reverse. `off silhouettes` counts those \
+     of them away from silhouettes. `depth` is the relative error of the depth, including silhouettes. \
+     `smooth` counts smooth pixels only. `normals` are angles at smooth pixels away from edges. `step cap` \
+     counts rays that exceeded their steps. `far` counts those that ended at the maximum distance, where \
+     the scene continues.",
+    "`ꟻLIP` is the mean perceptual difference (Andersson and others, 2020) between the shaded picture \
+     and one with the finest settings. It is between 0 (equal) and 1.",
+    "A setting is on the `front` of time or of evaluations if no other on its engine has at most its cost \
+     and at most its `depth p99`. Over all scenes, times and evaluations are means, rays are \
+     sums, and errors are medians of the scenes.",
 ];
 
 /// Returns the complete report.
@@ -65,7 +64,7 @@ pub(crate) fn page(report: &BenchReport) -> String {
         let table = table::suite_table(rows.filter(|row| row.engine == device.engine));
         let _ = writeln!(text, "### {}\n\n{}", device.engine, table.markdown());
     }
-    text.push_str("## Each scene\n\nThe default, and what is on a front.\n\n");
+    text.push_str("## Each scene\n\nThe default, and the settings on a front.\n\n");
     for scene in &report.scenes {
         let rows = scene.rows.iter();
         let shown = rows.filter(|row| row.default || row.front_of_time || row.front_of_evaluations);

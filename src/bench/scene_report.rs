@@ -127,7 +127,7 @@ fn settings(path: &Path, opened: &OpenedScene, width: u32) -> Result<RenderSetti
         .map_err(|error| input_error(error.to_string()))?;
     if settings.is_2d {
         return Err(input_error(
-            "a figure in the plane has no depth that could be wrong".to_owned(),
+            "a 2-D shape has no depth that could be wrong".to_owned(),
         ));
     }
     let [scene_width, height] = settings.size.map(u64::from);

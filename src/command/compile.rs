@@ -154,7 +154,7 @@ fn stats(compiled: &Compiled) -> String {
             Some([before, after]) => {
                 let change = match after.cmp(&before) {
                     Ordering::Less => format!("{} fewer", before - after),
-                    Ordering::Equal => "as many as before".to_owned(),
+                    Ordering::Equal => "the same number".to_owned(),
                     Ordering::Greater => format!("{} more", after - before),
                 };
                 let notes: String = pass.notes.iter().map(|note| format!("; {note}")).collect();

@@ -55,7 +55,7 @@ fn page(opened: &scene::OpenedScene, rounding_error: Option<&Rounding>) -> Strin
     fact(
         "kind",
         if settings.is_plane {
-            "a figure in the plane"
+            "a 2-D shape"
         } else {
             "a solid"
         },

@@ -270,30 +270,28 @@ fn render_warnings(frame: &Image, steps: u32) -> Vec<String> {
     let mut warnings = Vec::new();
     if stats.undecided > 0 {
         warnings.push(format!(
-            "{} could not be proved to hit or to miss: the picture shows what they most likely do",
+            "{} could not be proved to hit or to miss: the picture shows the most likely result",
             fraction(stats.undecided)
         ));
     }
     if stats.step_caps > 0 {
         warnings.push(format!(
-            "{} ended before they hit or missed: give them more than {steps} `--steps`",
+            "{} ended before they hit or missed: allow more than {steps} `--steps`",
             fraction(stats.step_caps)
         ));
     }
     if stats.nans > 0 {
         warnings.push(format!(
-            "{} met a distance that is not a number: a field has values beyond all \
-             numbers, as high powers have far away. Stop its iterations sooner, or say with \
-             `within` where it ends",
+            "{} met a distance that is not a number: a field overflows, as high powers do far away. Stop its \
+             iterations earlier, or state its extent by `within`",
             fraction(stats.nans)
         ));
     }
     let (colorless, pixels) = (frame.nan_pixels(), frame.color.len());
     if colorless > 0 {
         warnings.push(format!(
-            "{colorless} of {pixels} pixels are black, since their colour is not a number: beside a surface \
-             there, a field has values beyond all numbers. Stop its iterations sooner, or say with `within` \
-             where it ends"
+            "{colorless} of {pixels} pixels are black, since their color is not a number: beside a surface \
+             there, a field overflows. Stop its iterations earlier, or state its extent by `within`"
         ));
     }
     warnings

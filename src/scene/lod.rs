@@ -42,7 +42,7 @@ impl LodArgs {
         };
         if build.level == 0 || build.no_pass.iter().any(|pass| pass == "lod") {
             return Err(Failure::Input(
-                "`--lod` asks for a pass that `-O0` or `--no-pass` leaves out".to_owned(),
+                "`--lod` requires a pass that `-O0` or `--no-pass` leaves out".to_owned(),
             ));
         }
         let settings = resolve(opened.module(), &opened.outputs, overrides)

@@ -194,14 +194,14 @@ fn list(rest: &mut &str) -> Result<Vec<PoolNumber>, String> {
                 Some((value, output)) => {
                     let output = output
                         .parse()
-                        .map_err(|_| format!("`{text}` is no number"))?;
+                        .map_err(|_| format!("`{text}` is not a number"))?;
                     (value, Some(output))
                 }
                 None => (text, None),
             };
             let value = value
                 .parse()
-                .map_err(|_| format!("`{text}` is no number"))?;
+                .map_err(|_| format!("`{text}` is not a number"))?;
             Ok(PoolNumber { value, output })
         })
         .collect()

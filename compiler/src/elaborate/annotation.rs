@@ -86,7 +86,7 @@ impl<'a> Elaborator<'a> {
         }
         if ty == AnnotatedType::Angle && matches!(value, Value::Number(_)) {
             let diagnostic = self.missing_unit(&annotation.name, span);
-            let label = "this wants an angle".to_owned();
+            let label = "this needs an angle".to_owned();
             self.report(Diagnostic {
                 label,
                 ..diagnostic
@@ -98,10 +98,10 @@ impl<'a> Elaborator<'a> {
             .find(|(_, t, _)| *t == ty)
             .map_or("", |(.., noun)| *noun);
         let got = self.describe(&value);
-        let message = format!("{noun} is wanted, and this is {got}");
+        let message = format!("{noun} is required, and this is {got}");
         let mut diagnostic = Diagnostic::error(codes::E0301, span, message);
         if annotation.span.file == span.file {
-            diagnostic = diagnostic.label(annotation.span, "wanted here");
+            diagnostic = diagnostic.label(annotation.span, "required here");
         }
         self.report(diagnostic);
         Value::Poison

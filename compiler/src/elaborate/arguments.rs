@@ -416,7 +416,7 @@ pub(crate) fn mismatch_diagnostic(
                     second.at_start(),
                     format!("{}: ", next.name),
                     format!(
-                        "one number is the {} on all sides; what follows it needs its name",
+                        "one number is the {} on all sides; the next argument needs its name",
                         param.name
                     ),
                 ),
@@ -449,7 +449,7 @@ pub(crate) fn wrong_type(
     span: Span,
 ) -> Diagnostic {
     let message = format!(
-        "`{}` wants {expected} for `{formal}`, and this is {got}",
+        "`{}` takes {expected} for `{formal}`, and this is {got}",
         call.name
     );
     Diagnostic::error(codes::E0301, span, message).label(call.name_span, "")

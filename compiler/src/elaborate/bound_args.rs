@@ -387,7 +387,7 @@ impl<'a> Elaborator<'a> {
         let noun = kind_noun(param.kind, false);
         let got = number.quantity.noun();
         let message = format!(
-            "`{}` wants {noun} for `{}`, and this is {got}",
+            "`{}` takes {noun} for `{}`, and this is {got}",
             call.name, param.name
         );
         self.report(
@@ -399,7 +399,7 @@ impl<'a> Elaborator<'a> {
     /// Diagnostic for an angle without a unit, with the fix `90deg` for `90`.
     pub(crate) fn missing_unit(&self, name: &str, span: Span) -> Diagnostic {
         let diagnostic = Diagnostic::error(codes::E0312, span, "this angle has no unit")
-            .primary(format!("`{name}` wants an angle"));
+            .primary(format!("`{name}` needs an angle"));
         let text = self.sources.slice(span);
         match text.parse::<f64>() {
             Ok(_) => diagnostic.fix(
@@ -419,7 +419,7 @@ impl<'a> Elaborator<'a> {
         } else if value.is_infinite() {
             format!("{what} is infinite")
         } else if value.abs() > MAX_MAGNITUDE {
-            format!("{what} is {value:e}, and {MAX_MAGNITUDE:e} is the most")
+            format!("{what} is {value:e}, and at most {MAX_MAGNITUDE:e} is allowed")
         } else {
             return Some(());
         };

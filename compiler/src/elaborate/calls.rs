@@ -176,7 +176,7 @@ impl<'a> Elaborator<'a> {
             return Ok(Value::Poison);
         };
         if self.calls.len() >= MAX_CALLS {
-            let message = format!("calls go more than {MAX_CALLS} deep into each other");
+            let message = format!("calls nest more than {MAX_CALLS} levels deep");
             let help = "a recursion must end: give it an `if` that stops it";
             let diagnostic = Diagnostic::error(codes::E0408, call.name_span, message).help(help);
             self.report(diagnostic);

@@ -48,7 +48,7 @@ impl<'a> Elaborator<'a> {
         if value.depth() <= MAX_VALUE_DEPTH {
             return Ok(());
         }
-        let message = format!("values are more than {MAX_VALUE_DEPTH} deep within each other");
+        let message = format!("values nest more than {MAX_VALUE_DEPTH} levels deep");
         let help = "put lists one after the other by `concat`";
         self.report(Diagnostic::error(codes::E0408, span, message).help(help));
         Err(Abort)
@@ -535,7 +535,7 @@ impl<'a> Elaborator<'a> {
             return Ok(value);
         }
         let what = format!(
-            "which of {} and {} it is",
+            "the choice between {} and {}",
             self.describe(&then),
             self.describe(&otherwise)
         );

@@ -176,7 +176,7 @@ impl<'a> Elaborator<'a> {
             .as_ref()
             .and_then(|file| file.result.as_ref())
         else {
-            let message = format!("`{}` is no value for `{}`", override_.text, param.name);
+            let message = format!("`{}` is not a value for `{}`", override_.text, param.name);
             let help = format!("give {}", kind_example(param.kind));
             self.report(range_error(message).help(help));
             return Ok(None);

@@ -84,7 +84,7 @@ impl<'a> Elaborator<'a> {
             }
             Value::Poison => None,
             other => {
-                let message = format!("a shape is wanted, and this is {}", self.describe(other));
+                let message = format!("a shape is required, and this is {}", self.describe(other));
                 let mut diagnostic = Diagnostic::error(codes::E0301, span, message);
                 diagnostic = help_with_function(diagnostic, other);
                 self.report(diagnostic);
@@ -108,7 +108,7 @@ impl<'a> Elaborator<'a> {
             }
             Value::Vector(_) | Value::Number(_) => {
                 let what = self.describe(value);
-                let message = format!("a list of shapes is wanted, and this is {what}");
+                let message = format!("a list of shapes is required, and this is {what}");
                 self.report(Diagnostic::error(codes::E0301, span, message));
                 return None;
             }

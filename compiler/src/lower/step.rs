@@ -289,8 +289,8 @@ impl Lowering<'_> {
         if value.lo >= 0.0 {
             self.diagnostics.push(
                 Diagnostic::warning(codes::W0402, span, "this field is below zero nowhere")
-                    .primary("so it has no inside, and nothing of it is seen")
-                    .help("give a sheet some thickness: subtract that, `abs(d) - 0.01`, or use `.shell(0.01)`"),
+                    .primary("so it has no inside, and is not visible")
+                    .help("give a sheet a thickness: subtract it, `abs(d) - 0.01`, or use `.shell(0.01)`"),
             );
         }
     }
@@ -367,7 +367,7 @@ impl Lowering<'_> {
             };
             let advice = [
                 may_state_slope.then_some("state a bound, `field(…, lipschitz: 2)`"),
-                may_state_end.then_some("say where the shape ends, `field(…, within: 4)`"),
+                may_state_end.then_some("state where the shape ends, `field(…, within: 4)`"),
                 Some("keep away from poles with `max`"),
             ];
             let advice: Vec<&str> = advice.into_iter().flatten().collect();
@@ -393,7 +393,7 @@ impl Lowering<'_> {
                     codes::W0502,
                     span,
                     format!(
-                        "this field is steeper than the {} that is stated",
+                        "the slope of this field exceeds the stated {}",
                         format_short(declared)
                     ),
                 )
@@ -444,10 +444,10 @@ fn unbounded_warning(span: Span, guess: f64, advice: &[&str]) -> Diagnostic {
     }
     warning
         .primary(format!(
-            "its slope is about {guess:.0e} at points that were tried, so rays step over it"
+            "its slope is about {guess:.0e} at sampled points, so rays step over it"
         ))
         .help(
-            "write the same surface less steep: compare a root or a logarithm, `pow(a, 1/8) - 1` or `ln(a)` \
+            "write the same surface with a smaller slope: compare a root or a logarithm, `pow(a, 1/8) - 1` or `ln(a)` \
              for `a - 1`",
         )
 }

@@ -235,7 +235,7 @@ pub(super) fn missing(context: &ErrorContext<'_, '_>) -> Option<Mistake> {
                 format!("{subject} is followed by a name"),
             )
             .primary(match follows {
-                true => format!("{} is no name", context.found_text()),
+                true => format!("{} is not a name", context.found_text()),
                 false => "a name is missing here".to_owned(),
             }),
             index: context.index,

@@ -298,7 +298,7 @@ pub(super) fn missing_operand(context: &ErrorContext<'_, '_>) -> Option<Mistake>
         if is_operator(context.token_at(-1)) || context.token_at(-1) == Some(Token::Assign) {
             let operator = context.span(-1);
             let symbol = context.slice(operator);
-            diagnostic = diagnostic.label(operator, format!("`{symbol}` wants a right side"));
+            diagnostic = diagnostic.label(operator, format!("`{symbol}` has no right side"));
         }
         Mistake {
             diagnostic,

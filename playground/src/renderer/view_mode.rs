@@ -159,7 +159,7 @@ impl Renderer {
             (
                 SlopeClass::Discontinuity,
                 counts.discontinuities,
-                "beside a jump".to_owned(),
+                "beside a discontinuity".to_owned(),
             ),
             (
                 SlopeClass::Slow,
@@ -191,10 +191,7 @@ impl Renderer {
             .cells_at(&picture.settings, &query_points.points)?;
         let program_length = loaded.loaded_scene()?.module.distance.code.len();
         let Some(cells_at_points) = cells_at_points else {
-            let why = format!(
-                "engine {} draws this scene without cells that could be asked",
-                task.engine
-            );
+            let why = format!("engine {} draws this scene without cells", task.engine);
             picture.notes = vec![why];
             return Ok(());
         };

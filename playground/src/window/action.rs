@@ -68,7 +68,7 @@ pub(super) const KEYS: [KeyBinding; 24] = [
         NO_MODIFIER,
         Key::F,
         Action::Fit,
-        "all of the scene into the picture",
+        "fit the scene into the picture",
     ),
     bind(
         "Ctrl 1",
@@ -145,14 +145,14 @@ pub(super) const KEYS: [KeyBinding; 24] = [
         SHIFT,
         Key::M,
         Action::NextMode(-1),
-        "what was shown before",
+        "show the previous view",
     ),
     bind(
         "M",
         NO_MODIFIER,
         Key::M,
         Action::NextMode(1),
-        "show the next thing",
+        "show the next view",
     ),
     bind(
         "Space",
@@ -211,7 +211,7 @@ pub(super) const KEYS: [KeyBinding; 24] = [
         NO_MODIFIER,
         Key::Escape,
         Action::Close,
-        "close what lies over the picture",
+        "close the dialog over the picture",
     ),
 ];
 

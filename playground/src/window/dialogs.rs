@@ -13,13 +13,13 @@ use std::path::PathBuf;
 
 /// Mouse gestures and their effects.
 const MOUSE_HELP: [(&str, &str); 7] = [
-    ("drag", "around what the camera looks at"),
-    ("right or shift drag", "along the picture"),
-    ("wheel", "nearer to what is under the cursor"),
-    ("click", "all about what is under the cursor"),
-    ("double click", "look at what is under the cursor"),
+    ("drag", "orbit around the camera's target"),
+    ("right or shift drag", "move along the picture"),
+    ("wheel", "move nearer to the point under the cursor"),
+    ("click", "inspect the point under the cursor"),
+    ("double click", "look at the point under the cursor"),
     ("drop a file", "open it"),
-    ("hover a name", "what a param is for"),
+    ("hover a name", "description of a param"),
 ];
 
 /// Shows the open dialog.

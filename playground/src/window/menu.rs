@@ -61,7 +61,7 @@ pub(super) fn show(
                 item(ui, name, Action::Face(side), &mut actions);
             }
             ui.separator();
-            item(ui, "Show the next thing", Action::NextMode(1), &mut actions);
+            item(ui, "Show the next view", Action::NextMode(1), &mut actions);
             item(ui, "Panels", Action::TogglePanels, &mut actions);
         });
         ui.menu_button("Help", |ui| {
@@ -76,9 +76,7 @@ pub(super) fn show(
             let label = ui.label(RichText::new(name).color(theme::WEAK).size(12.5));
             label.on_hover_text(match session.source() {
                 SceneOrigin::File(path) => path.display().to_string(),
-                SceneOrigin::Text { .. } => {
-                    "in no file: what is written into it is lost".to_owned()
-                }
+                SceneOrigin::Text { .. } => "not in a file: changes are lost".to_owned(),
             });
         });
     });

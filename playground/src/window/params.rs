@@ -28,7 +28,7 @@ pub(super) fn show(ui: &mut Ui, session: &Session, events: &mut Vec<Event>) -> V
     ui.add_enabled_ui(is_changed, |ui| {
         ui.horizontal(|ui| {
             let reset = ui.button("Reset all").on_hover_text(format!(
-                "all params as they stand in the text ({})",
+                "all params as in the text ({})",
                 key_of(Action::ResetParams)
             ));
             if reset.clicked() {
@@ -144,7 +144,7 @@ fn name(ui: &mut Ui, knob: &Knob) {
     let response = ui.add(egui::Label::new(text).truncate());
     if knob.spec.structural {
         ui.label(RichText::new("rebuilds").size(10.5).color(theme::WEAK))
-            .on_hover_text("it decides structure: a change builds the scene anew");
+            .on_hover_text("it decides the structure: a change compiles the scene again");
     }
     response.on_hover_ui(|ui| {
         if !knob.spec.doc.is_empty() {

@@ -87,7 +87,7 @@ fn cameras(ui: &mut Ui, session: &Session, events: &mut Vec<Event>, actions: &mu
                 ui.add_enabled_ui(*is_available, |ui| {
                     let description = match action {
                         Action::CopyCamera => "copy the camera as text of the language",
-                        Action::Fit => "all of the scene into the picture",
+                        Action::Fit => "fit the scene into the picture",
                         _ => "from above, in front and the right",
                     };
                     let description = format!("{description} ({})", key_of(*action));
@@ -118,7 +118,7 @@ fn engines(ui: &mut Ui, session: &Session, events: &mut Vec<Event>) {
     ui.label(theme::heading("ENGINE"));
     let only = EngineChoice::Only;
     let choices = [
-        (EngineChoice::Auto, "auto", "what is best here"),
+        (EngineChoice::Auto, "auto", "the best engine here"),
         (only(EngineKind::Cpu), "cpu", "the program on all cores"),
         (
             only(EngineKind::Interp),

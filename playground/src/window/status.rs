@@ -30,8 +30,9 @@ pub(super) fn show(ui: &mut Ui, session: &Session, state: &WindowState) {
             let [width, height] = facts.size;
             ui.label(text(format!("{width}×{height}")));
             let evaluations = format!("{:.1} evaluations a ray", facts.evaluations);
-            ui.label(text(evaluations))
-                .on_hover_text("how often the field was computed for each ray, gradients included");
+            ui.label(text(evaluations)).on_hover_text(
+                "the number of evaluations of the field per ray, including gradients",
+            );
             let [distance, surface] = facts.instructions;
             let program = ui.label(text(format!("{} instructions", distance + surface)));
             program.on_hover_text(format!(

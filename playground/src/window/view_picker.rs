@@ -28,7 +28,7 @@ pub(super) const VIEW_KINDS: [(ViewKind, &str, &str); 15] = [
     (
         ViewKind::Mode(Mode::Albedo),
         "albedo",
-        "the share of light that surfaces reflect",
+        "the fraction of light that surfaces reflect",
     ),
     (
         ViewKind::Mode(Mode::Normal),
@@ -43,17 +43,17 @@ pub(super) const VIEW_KINDS: [(ViewKind, &str, &str); 15] = [
     (
         ViewKind::Mode(Mode::Steps),
         "steps",
-        "how often the field was evaluated along the ray, as a heat map",
+        "the number of evaluations along the ray, as a heat map",
     ),
     (
         ViewKind::Mode(Mode::Edges),
         "edges",
-        "lines where depth, direction or material jump",
+        "lines where depth, direction or material change abruptly",
     ),
     (
         ViewKind::Mode(Mode::Id),
         "materials",
-        "a colour for each material",
+        "a color for each material",
     ),
     (
         ViewKind::Mode(Mode::Mask),
@@ -63,7 +63,7 @@ pub(super) const VIEW_KINDS: [(ViewKind, &str, &str); 15] = [
     (
         ViewKind::Objects,
         "objects",
-        "a colour for each shape in the text; a click marks one",
+        "a color for each shape in the text; a click marks one",
     ),
     (
         ViewKind::Slice,
@@ -73,27 +73,27 @@ pub(super) const VIEW_KINDS: [(ViewKind, &str, &str); 15] = [
     (
         ViewKind::Mode(Mode::Distance),
         "field",
-        "the field on a plane through what the camera looks at, across the view",
+        "the field on a plane through the camera's target, across the view",
     ),
     (
         ViewKind::Slopes,
         "slopes",
-        "where the field is steeper on surfaces than its bound, and where it is much flatter",
+        "the slope of the field on surfaces: above its bound, or far below it",
     ),
     (
         ViewKind::SliceSlopes,
         "slice slopes",
-        "the same on a plane in the scene",
+        "the slope of the field on a plane in the scene",
     ),
     (
         ViewKind::Cells,
         "cells",
-        "how long the program is in the cells that surfaces lie in",
+        "the length of the program in the cells of surfaces",
     ),
     (
         ViewKind::Difference,
         "difference",
-        "how the picture of another engine differs",
+        "the difference from the picture of another engine",
     ),
 ];
 

@@ -120,7 +120,7 @@ fn what_cannot_be_drawn_says_what_and_how_much_is_allowed() {
     };
     assert_eq!(
         refused(&module, &[], &far),
-        "how far a ray goes is -1, more than 0 is allowed"
+        "the range of a ray is -1, more than 0 is allowed"
     );
 
     let mut module = sphere_module();

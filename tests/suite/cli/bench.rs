@@ -244,7 +244,7 @@ fn what_cannot_be_measured_is_said() {
         (
             "bench plane.sdf --engines cpu",
             1,
-            "plane.sdf: a figure in the plane has no depth",
+            "plane.sdf: a 2-D shape has no depth",
         ),
         (
             "bench scene.sdf --engines reference",

@@ -164,7 +164,7 @@ fn what_rounding_hides_is_warned_of() {
     };
     let (far, near) = (draw("scene.sdf"), draw("near.sdf"));
     assert!(
-        far.contains("warning: rounding may move what is seen by"),
+        far.contains("warning: rounding may move surfaces by"),
         "{far}"
     );
     assert!(!near.contains("rounding"), "{near}");

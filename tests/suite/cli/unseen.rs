@@ -42,13 +42,13 @@ const SCENES: &[(&str, &str, &str)] = &[
              [a.x*a.x - a.y*a.y - a.z*a.z - a.w*a.w, 2*a.x*a.y, 2*a.x*a.z, 2*a.x*a.w] + c;\n\
          fn it(a: vec4, c: vec4, n) -> vec4 = if n == 0 { a } else { it(q2(a, c), c, n - 1) };\n\
          field(fn(p) => length(it([p.x, p.y, p.z, 0], [-0.2, 0.6, 0.2, 0.2], 9)) - 2, within: 4)",
-        "the field has values beyond all numbers of f32",
+        "the field overflows f32",
     ),
     (
         "a ball that is no number on one side, and a floor",
         "camera { from: [3.2, 1.6, 2.6], look: [0, 0, 0], fov: 40deg }\n\
          field(fn(p) => length(p) - 1 + exp(900 * p.x) - exp(900 * p.x)) | plane(Y, at: -1)",
-        "pixels are black, since their colour is not a number",
+        "pixels are black, since their color is not a number",
     ),
     (
         "a field without a sign",
@@ -61,7 +61,7 @@ const SCENES: &[(&str, &str, &str)] = &[
          camera { from: [3000, -4000, 2000], look: [0, 0, 0], fov: 40deg }\n\
          light lamp { at: [0, 0, 2000], intensity: 4 }\n\
          box(4000, 4000, 20)",
-        "is too faint to be seen: it falls off with the square of the distance",
+        "is too faint to be visible: it falls off with the square of the distance",
     ),
     (
         "a floor that the camera looks away from",
@@ -176,7 +176,7 @@ fn fields_too_steep_to_step_on_are_drawn_and_told() {
     let message = run.ok().stderr;
     assert!(message.contains("so rays step over it"), "{message}");
     assert!(
-        message.contains("write the same surface less steep"),
+        message.contains("write the same surface with a smaller slope"),
         "{message}"
     );
 

@@ -51,7 +51,7 @@ fn each_is_hit_and_said() {
         ),
         (
             "256",
-            "calls go more than 256 deep",
+            "calls nest more than 256 levels deep",
             "fn f(n) = f(n + 1);\nsphere(f(0))".to_owned(),
         ),
         (
@@ -74,7 +74,7 @@ fn each_is_hit_and_said() {
         ),
         (
             "100000",
-            "100000 are the most",
+            "at most 100000 are allowed",
             "for i in 0..100001 { sphere(1) }".to_owned(),
         ),
         (
@@ -105,7 +105,11 @@ fn each_is_hit_and_said() {
             "from 1 to 16",
             "field(fn(p) => fbm(p, octaves: 17))".to_owned(),
         ),
-        ("1e18", "1e18 is the most", "sphere(1.1e18)".to_owned()),
+        (
+            "1e18",
+            "at most 1e18 is allowed",
+            "sphere(1.1e18)".to_owned(),
+        ),
     ];
     for (number, expected, text) in cases {
         let message = refusal_message(text);

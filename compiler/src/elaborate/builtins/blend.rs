@@ -175,7 +175,7 @@ impl<'a> Elaborator<'a> {
                 *number
             }
             other => {
-                self.report_wrong(other, "a blend wants a length", span);
+                self.report_wrong(other, "a blend needs a length", span);
                 return None;
             }
         };

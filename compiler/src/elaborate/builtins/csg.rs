@@ -177,7 +177,7 @@ impl<'a> Elaborator<'a> {
         };
         let plane = self.shapes[child.0 as usize].plane;
         if self.is_nothing(child) {
-            let message = "everything is no shape that can be drawn";
+            let message = "the complement of an empty shape cannot be drawn";
             self.report(Diagnostic::error(codes::E0405, span, message));
             return Value::Poison;
         }

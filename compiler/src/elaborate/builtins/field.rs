@@ -103,7 +103,7 @@ impl<'a> Elaborator<'a> {
             Value::Number(number) if number.quantity != Quantity::Angle => Ok(Some(number.id)),
             Value::Poison => Ok(None),
             Value::Shape(_) => {
-                let message = "this function gives a shape, and a number is wanted";
+                let message = "this function gives a shape, and a number is required";
                 self.report(Diagnostic::error(codes::E0301, span, message));
                 Ok(None)
             }
@@ -256,7 +256,7 @@ impl<'a> Elaborator<'a> {
             Some((Form::Vector(2), [x, y, ..])) => Some([x.id, y.id, zero]),
             Some((Form::Vector(3), [x, y, z, _])) => Some([x.id, y.id, z.id]),
             Some(_) | None => {
-                self.report_wrong(bound.value(0), "noise is of a point", bound.span_at(0));
+                self.report_wrong(bound.value(0), "noise takes a point", bound.span_at(0));
                 None
             }
         }
@@ -350,7 +350,7 @@ impl<'a> Elaborator<'a> {
         let material = match (self.as_color(&value), &value) {
             (Some(color), _) => self.plain_material(color),
             (None, Value::Material(id)) => *id,
-            (None, _) => return Ok(self.report_wrong(&value, "a color is wanted", span)),
+            (None, _) => return Ok(self.report_wrong(&value, "a color is required", span)),
         };
         bound.arguments[1].value = Value::Material(material);
         self.painted(bound)

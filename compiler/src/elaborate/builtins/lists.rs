@@ -56,7 +56,10 @@ impl<'a> Elaborator<'a> {
             let Some(keep) = self.condition(keep, bound.span_at(1)) else {
                 return Ok(Value::Poison);
             };
-            match self.demand(keep, &Demand::new("what a list holds", bound.span_at(1))) {
+            match self.demand(
+                keep,
+                &Demand::new("the condition of `filter`", bound.span_at(1)),
+            ) {
                 Some(keep) if keep != 0.0 => results.push(value.clone()),
                 Some(_) => {}
                 None => return Ok(Value::Poison),
@@ -101,7 +104,7 @@ impl<'a> Elaborator<'a> {
             return Ok(Value::Poison);
         };
         let span = bound.span_at(1);
-        let demand = Demand::new("the place in a list", span);
+        let demand = Demand::new("the index of a list", span);
         let Some(index) = self.demand(bound.number(1), &demand) else {
             return Ok(Value::Poison);
         };
@@ -175,7 +178,7 @@ impl<'a> Elaborator<'a> {
     pub(crate) fn random(&mut self, bound: BoundArgs<'a>) -> EvalResult<'a> {
         let mut hash: u64 = 0x9e37_79b9_7f4a_7c15;
         for index in 0..2 {
-            let demand = Demand::new("what a random number is made of", bound.span_at(index));
+            let demand = Demand::new("an argument of `random`", bound.span_at(index));
             let Some(value) = self.demand(bound.number(index), &demand) else {
                 return Ok(Value::Poison);
             };
@@ -231,7 +234,7 @@ impl<'a> Elaborator<'a> {
         };
         let stage = self.graph.stage(condition);
         if stage > Stage::Uniform {
-            self.report_too_late("what is asserted", stage, span);
+            self.report_too_late("the condition of `assert`", stage, span);
             return Ok(Value::Poison);
         }
         let half = self.graph.constant(0.5);

@@ -215,12 +215,12 @@ impl<'a> Elaborator<'a> {
         let mut rows = Vec::with_capacity(call.args.len());
         for arg in &call.args {
             let Some((arg_form, numbers)) = components(&arg.value) else {
-                let message = format!("`{}` is of numbers", call.name);
+                let message = format!("`{}` takes numbers", call.name);
                 self.report_wrong(&arg.value, &message, arg.span);
                 return None;
             };
             let Some(common) = form.with(arg_form) else {
-                let message = format!("`{}` wants vectors of one length", call.name);
+                let message = format!("`{}` needs vectors of one length", call.name);
                 let what = self.describe(&arg.value);
                 let diagnostic = Diagnostic::error(codes::E0311, arg.span, message);
                 self.report(diagnostic.primary(format!("this is {what}")));
@@ -323,7 +323,7 @@ impl<'a> Elaborator<'a> {
                 .filter(|n| n.fract() == 0.0 && n.abs() <= 16.0);
             let Some(n) = integer else {
                 if e.graph.as_constant(base.id).is_some_and(|base| base < 0.0) {
-                    let message = "a negative number has no power that is not whole";
+                    let message = "a negative number has only integer powers";
                     e.report(Diagnostic::error(codes::E0401, call.span, message));
                     return None;
                 }

@@ -277,7 +277,7 @@ impl<'a> Elaborator<'a> {
             [] => Ok(None),
             [material] => Ok(material),
             _ => {
-                let message = "a distance is made of what has one material, and this has several";
+                let message = "a shape with several materials cannot be normalized";
                 let help =
                     "normalize the shapes before they are blended: `a.normalized() |[0.2] b`";
                 let diagnostic = Diagnostic::error(codes::E0405, span, message)

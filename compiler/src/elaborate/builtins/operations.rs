@@ -65,7 +65,7 @@ impl<'a> Elaborator<'a> {
                 )
             }
             Category::Combine | Category::Math | Category::Internal => {
-                unreachable!("`{}` is no word of the language", row.name)
+                unreachable!("`{}` is not a word of the language", row.name)
             }
         };
         Value::Shape(id)

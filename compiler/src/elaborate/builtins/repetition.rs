@@ -167,8 +167,8 @@ impl<'a> Elaborator<'a> {
         let copies: usize = others.iter().map(|others| others.cells().count()).product();
         if copies > MAX_COPIES {
             let message = format!(
-                "the copies of this shape overlap so far that {copies} of them would be looked at \
-                 for each point, and {MAX_COPIES} are allowed"
+                "the copies of this shape overlap so far that {copies} of them would be evaluated \
+                 for each point, and at most {MAX_COPIES} are allowed"
             );
             let help = "make the spacing larger, or the shape smaller";
             self.report(Diagnostic::error(codes::E0411, bound.span_at(1), message).help(help));
@@ -195,10 +195,10 @@ impl<'a> Elaborator<'a> {
         let letter = ["x", "y", "z"][axis];
         let message = match extent.is_finite() {
             true => format!(
-                "the shape is {} times as long along {letter} as its cell, and {MAX_COPY_CELLS} times is the most",
+                "the shape is {} times as long along {letter} as its cell, and at most {MAX_COPY_CELLS} times is allowed",
                 format_short((200.0 * extent).round() / 100.0)
             ),
-            false => format!("the shape is endless along {letter}, so it has no copies there"),
+            false => format!("the shape is infinite along {letter}, so it has no copies there"),
         };
         let mut diagnostic = Diagnostic::error(codes::E0411, bound.span_at(1), message);
         if bound.span_at(0).file == bound.span.file {

@@ -162,7 +162,7 @@ impl<'a> Elaborator<'a> {
         let span = bound.span_at(1);
         let child = bound.shape(0);
         let Some((form, numbers)) = components(bound.value(1)) else {
-            return Ok(self.report_wrong(bound.value(1), "`rotate` wants an angle", span));
+            return Ok(self.report_wrong(bound.value(1), "`rotate` needs an angle", span));
         };
         for number in &numbers[..form.len()] {
             if self
@@ -204,7 +204,7 @@ impl<'a> Elaborator<'a> {
                 rotated
             }
             Form::Vector(_) | Form::Color => {
-                let message = "`rotate` wants an angle and an axis, or three angles";
+                let message = "`rotate` needs an angle and an axis, or three angles";
                 return Ok(self.report_wrong(bound.value(1), message, span));
             }
         };
@@ -233,7 +233,7 @@ impl<'a> Elaborator<'a> {
             }
             Quantity::Length(_) => {
                 let got = number.quantity.noun();
-                let message = format!("`{name}` wants an angle, and this is {got}");
+                let message = format!("`{name}` needs an angle, and this is {got}");
                 self.report(Diagnostic::error(codes::E0303, span, message).label(name_span, ""));
                 return None;
             }

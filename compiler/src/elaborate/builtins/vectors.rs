@@ -20,7 +20,7 @@ impl<'a> Elaborator<'a> {
         }
         let (form, args) = self.common_form(call)?;
         if form == Form::Scalar {
-            let message = format!("`{}` is of vectors", call.name);
+            let message = format!("`{}` takes vectors", call.name);
             let span = call.args.first().map_or(call.span, |arg| arg.span);
             self.report(Diagnostic::error(codes::E0301, span, message));
             return None;
@@ -107,7 +107,7 @@ impl<'a> Elaborator<'a> {
             return Ok(Value::Poison);
         };
         if form != Form::Vector(3) {
-            let message = "`cross` is of two vec3";
+            let message = "`cross` takes two vec3";
             self.report(Diagnostic::error(codes::E0311, call.span, message));
             return Ok(Value::Poison);
         }
