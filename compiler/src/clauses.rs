@@ -1,8 +1,8 @@
 //! `.vm` files: the plain text of Fidget and libfive, with one clause per line: `_name operation
 //! operands`.
 //!
-//! The last clause is the result, negative inside, over the square or cube from −1 to 1, or a larger
-//! one where it does not fit. A file that does not read `var-z` is a 2-D shape.
+//! The last clause is the result, negative inside. It fills the square or cube from −1 to 1, or a
+//! larger one where it does not fit. A file that does not read `var-z` is a 2-D shape.
 
 use crate::elaborate::{NoFiles, Options, elaborate};
 use crate::expression::{ExprId, Expressions};

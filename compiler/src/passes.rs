@@ -135,8 +135,8 @@ pub fn optimize(
     (graph, reports)
 }
 
-/// Copies the graph through `rewrite`. It maps each node that the root uses to a node of the new graph,
-/// given that graph, the old id, and the node with its inputs replaced.
+/// Copies the graph through `rewrite`. It maps each node that the root uses to a node of the new graph.
+/// Its arguments are that graph, the old id, and the node with its inputs replaced.
 fn rewrite_graph(
     graph: &Graph,
     mut rewrite: impl FnMut(&mut Graph, NodeId, GraphNode) -> NodeId,

@@ -3,9 +3,9 @@
 //! A scene is compiled once more, with a material per leaf in place of its material assignments. A
 //! blend of materials has the number of the operand with the larger weight. So the material that an
 //! engine reports at a point ([`sdfc_vm::surface`]) is the leaf to which that point of the surface
-//! belongs. In a hard union that is the nearer one, in a smooth one the one with the larger weight, and
-//! on the face of a cut the tool. The distance is that of the scene, in every bit. It has the same
-//! parameters, so an engine can be updated to their current values as for the scene itself.
+//! belongs. In a hard union that is the nearer one, and in a smooth union the one with the larger
+//! weight. On the face of a cut it is the tool. The distance is that of the scene, in every bit. It has
+//! the same parameters, so an engine can be updated to their current values as for the scene itself.
 //!
 //! A leaf is one *occurrence* of a primitive, a raw field or a polygon: copies that a loop makes, or a
 //! shape that is used twice, are separate leaves with the same span. Copies that space itself makes

@@ -213,8 +213,8 @@ fn may_have_seams(scene: &Scene, id: ShapeId) -> bool {
             .any(|&child| may_have_seams(scene, child))
 }
 
-/// Reports whether the line from a point of the solid along the gradient leads to a value of zero, up to a
-/// gap, and then into the solid again.
+/// Reports whether the line from a point of the solid along the gradient leads to a value near zero and
+/// then into the solid again. No value on the way exceeds `gap`.
 fn leads_to_seam(program: &Program, point: [f64; 3], gap: f64) -> bool {
     let sample = gradient::<f64>(program, V3::new(point[0], point[1], point[2]));
     let (value, slope) = (sample.value, sample.gradient);

@@ -33,8 +33,8 @@ pub(crate) use shapes::{RefutedSlope, ShapeSlopes, margin, near_region};
 pub const MAX_OPERATIONS: usize = 300_000;
 /// Maximum number of boxes that are evaluated for one bound.
 pub const MAX_BOXES: usize = 3_000;
-/// From this many boxes on, and at every doubling, the search stops unless the bound has come down to
-/// at most [`MAX_STALLED_FRACTION`] of its last value.
+/// Number of boxes from which on the search may stop, at every doubling. It stops unless the bound
+/// has come down to at most [`MAX_STALLED_FRACTION`] of its last value.
 const MIN_BOXES_BEFORE_STALL: usize = 64;
 const MAX_STALLED_FRACTION: f64 = 0.999;
 /// Number of boxes after which a search whose bound is still infinite stops.
@@ -255,9 +255,9 @@ const BISECTIONS: usize = 12;
 /// Number of points at which slopes are sampled.
 const SAMPLE_POINTS: usize = 400;
 
-/// Returns twice the slope that nine tenths of the sample points in a region do not exceed, nor nine
-/// tenths of the points where a single number is zero. Points at which the numbers are flat are left
-/// out: clamped numbers are flat almost everywhere.
+/// Returns twice the slope that nine tenths of the sample points in a region do not exceed. Of a
+/// single number, nine tenths of the points where it is zero do not exceed it either. Points at
+/// which the numbers are flat are left out: clamped numbers are flat almost everywhere.
 pub(crate) fn estimated_slope(
     expressions: &Expressions,
     numbers: &[ExprId],

@@ -2,8 +2,8 @@
 //! bodies and gradients thus run on constants, live parameters and coordinates alike.
 //!
 //! The graph of the numbers is lent to the thread during [`with_graph`]. Sums and products with neutral
-//! constants are left out, so that the matrix of a rotation about an axis stays as small as if written
-//! by hand.
+//! constants are left out. So the matrix of a rotation about an axis stays as small as if written by
+//! hand.
 
 use crate::expression::{ExprId, Expressions};
 use sdfc_vm::real::Real;

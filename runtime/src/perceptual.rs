@@ -1,11 +1,12 @@
 //! Perceived difference of two images when a viewer flips between them: ꟻLIP, by P. Andersson and others,
 //! *ꟻLIP: A Difference Evaluator for Alternating Images* (2020), for images of bytes.
 //!
-//! Both images are blurred like the human eye does at a viewing distance, in an opponent colour space with a
-//! separate contrast sensitivity for each channel. Colours are then compared in a space where equal distances
-//! look equally different (L\*a\*b\* with Hunt's adjustment, and the HyAB distance). Edges and points that
-//! exist in only one image increase a difference. The result is 0 for an invisible difference, and 1 for the
-//! largest possible one, that of pure green and pure blue. All constants are those of the paper.
+//! Both images are blurred like the human eye does at a viewing distance. That is done in an opponent colour
+//! space, with a separate contrast sensitivity for each channel. Colours are then compared in a space where
+//! equal distances look equally different (L\*a\*b\* with Hunt's adjustment, and the HyAB distance). Edges
+//! and points that exist in only one image increase a difference. The result is 0 for an invisible
+//! difference, and 1 for the largest possible one, that of pure green and pure blue. All constants are those
+//! of the paper.
 
 use crate::work_stealing::parallel_map_with;
 use serde::Serialize;

@@ -12,11 +12,11 @@
 //! ([`sdfc_shaders::marching::sign_margin`]), as in all engines. Thinner parts are passed.
 //!
 //! Trusted are the interval arithmetic of `sdfc_vm` ([`sdfc_vm::interval`], outward rounded after every
-//! operation), that the standard library's sine, cosine, arctangent, exponential and logarithm are accurate
-//! to 1e-15, and the constant bounds of noise and its slope. The bounds, the slope and the volumes of the
-//! compiler are not trusted: they are only used for estimates where nothing could be proved. Slopes of roots
-//! and logarithms are used where they are below 1e9; poles that are better hidden change the field by less
-//! than 1e-15.
+//! operation) and the constant bounds of noise and its slope. The standard library's sine, cosine,
+//! arctangent, exponential and logarithm are trusted to be accurate to 1e-15. The bounds, the slope and the
+//! volumes of the compiler are not trusted: they are only used for estimates where nothing could be proved.
+//! Slopes of roots and logarithms are used where they are below 1e9; poles that are better hidden change the
+//! field by less than 1e-15.
 //!
 //! # What counts as a surface
 //! - **Discontinuities.** Repetition, choices and steps may make a field discontinuous. A change of sign at a
@@ -27,8 +27,9 @@
 //!   this. A ray that starts on a surface starts behind it. One that runs along the surface from there is
 //!   undecided ([`UndecidedReason::Start`]).
 //! - **Touching.** Where the field touches zero and is above zero again beyond, as in a flush cut or at a
-//!   silhouette, there is no surface. Where a ray runs along a surface, so that its sign stays unknown for a
-//!   thousandth of the coordinates, it is undecided ([`UndecidedReason::Touching`]), and drawn as a miss.
+//!   silhouette, there is no surface. Where a ray runs along a surface, the sign may stay unknown for a
+//!   thousandth of the coordinates. Such a ray is undecided ([`UndecidedReason::Touching`]), and drawn as a
+//!   miss.
 //! - **2-D shapes.** 2-D shapes are drawn from their field and have no rays; [`trace`] treats them as the 3-D
 //!   field that they define.
 

@@ -1,6 +1,6 @@
 //! Resolution of a scene's render settings to plain numbers. [`resolve`] takes the settings of a module and
-//! the results of its uniform program, applies the overrides of a command line or a window, and returns
-//! [`RenderSettings`].
+//! the results of its uniform program, and returns [`RenderSettings`]. It applies the overrides of a
+//! command line or a window.
 //!
 //! It finds cameras by name and places automatic cameras so that they frame the bounds. Values that the scene
 //! left open (length of rays, radius of occlusion) follow from the bounds. It also checks the scene's own

@@ -1,9 +1,9 @@
 //! Kernels, assembled from the features of a picture.
 //!
 //! A picture is made in [`stages`], each a kernel over the rays of a tile that evaluates the scene in one
-//! place. [`kernel`] returns the text of a stage. It consists of the stage's file, preprocessed by its `#if`
-//! lines for the [`Features`], the declarations, constants and recorded functions that the file mentions, and
-//! the scene's functions. Declarations that are not mentioned are left out.
+//! place. [`kernel`] returns the text of a stage. It consists of the stage's file, the declarations,
+//! constants and recorded functions that the file mentions, and the scene's functions. The file is
+//! preprocessed by its `#if` lines for the [`Features`]. Declarations that are not mentioned are left out.
 //!
 //! # Running them
 //!
@@ -15,15 +15,15 @@
 //! The stages `beam`, `march`, `shadow` and `occlusion` are resumable. One dispatch evaluates the scene a
 //! bounded number of times per ray and lists the unfinished rays in the queue. Before each of their
 //! dispatches its header of four words is written. While the first word then counts unfinished rays, the
-//! stage runs again over a line of that length, and reads the other half of the queue.
+//! stage runs again over a line of that length. It then reads the other half of the queue.
 //!
 //! The picture is then in the buffer of colours, as light; the driver converts it to bytes for a screen, by
 //! the functions of [`crate::tone`].
 //!
 //! *Generic* kernels ([`Features::generic`]) draw any picture of a mode. They read the numbers in the last
-//! fields of [`FrameUniforms`], and the number of lights from the lights themselves, which the `shade` stage
-//! binds as storage. The end of a loop never depends on a uniform, or software Vulkan would compile the
-//! kernel again for each of its values.
+//! fields of [`FrameUniforms`]. The number of lights is read from the lights themselves, which the `shade`
+//! stage binds as storage. The end of a loop never depends on a uniform, or software Vulkan would compile
+//! the kernel again for each of its values.
 //!
 //! The `edges` stage compares neighbours within a tile: its tiles overlap by one pixel.
 

@@ -39,8 +39,8 @@ pub fn clamp_to_box<R: Real>(p: R::Vec3, low: R::Vec3, high: R::Vec3) -> R::Vec3
     p.max(low).min(high)
 }
 
-/// Returns the distance that all rays advance from `t`, where the field is `field`, with a slope of one, and
-/// rays stop within `threshold` of a surface.
+/// Returns the distance that all rays advance from `t`, where the field is `field`. The field has a slope of
+/// at most one, and rays stop within `threshold` of a surface.
 #[inline(always)]
 pub fn advance<R: Real>(t: R, field: R, spread: R, widening: R, threshold: R) -> R {
     field - (spread + widening * t) * lit(1.0 + 1e-5) - threshold

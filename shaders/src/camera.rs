@@ -53,8 +53,8 @@ pub fn half_pixel<R: Real>(t: R, footprint: R, growth: R) -> R {
     footprint + growth * t
 }
 
-/// Returns the distances along a ray to the first and the last of a box's two faces across each axis, and the
-/// inverse of the direction.
+/// Returns the distances along a ray to the first and the last of a box's two faces across each axis. The
+/// third result is the inverse of the direction.
 #[inline(always)]
 pub(crate) fn faces<R: Real>(
     origin: R::Vec3,

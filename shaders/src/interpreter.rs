@@ -29,8 +29,8 @@ pub const CODE_SLOT: u32 = 16;
 /// Binding of the constants.
 pub const POOL_SLOT: u32 = 17;
 /// Binding of the programs' ranges among the instructions: the distance's from 0 to x, that of surfaces from
-/// y to z. They are in storage, since software Vulkan compiles a kernel again for each new value of a uniform
-/// that the end of a loop depends on.
+/// y to z. They are in storage: if the end of a loop depended on a uniform, software Vulkan would compile the
+/// kernel again for each new value.
 pub const PROGRAM_RANGES_SLOT: u32 = 18;
 
 /// Address space of instructions and constants.

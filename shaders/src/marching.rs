@@ -13,14 +13,15 @@
 //! coincide, a sheet without thickness) is passed. Neither a bound of the slope nor a factor on the field
 //! moves a hit.
 //!
-//! If the field is near zero and falls almost linearly, as towards a plane, the root is estimated by a line
-//! through the last two points. The ray then goes slightly beyond the estimate, to where the sign should have
+//! The field may be near zero and fall almost linearly, as towards a plane. Then a line through the last two
+//! points estimates the root. The ray then goes slightly beyond the estimate, to where the sign should have
 //! changed. Estimates begin at 10 thresholds (20 where the field falls strictly linearly, as it does above a
-//! plane at grazing angles), capped at a quarter of a pixel (half a pixel where strictly linear). A ray that all but touches a surface would creep past it
-//! in tiny steps. So steps are at least a 32nd of a pixel long where the field is below that, or end at the
-//! estimated root. Thinner sheets along the ray are passed. After 1,024 steps this minimum grows, up to half
-//! a pixel. Where a field was divided by a large bound, rays need many steps without a surface nearby. After
-//! 2,048 steps it grows without limit, so that a ray along a field that stays close to zero ends, too.
+//! plane at grazing angles), capped at a quarter of a pixel (half a pixel where strictly linear). A ray that all
+//! but touches a surface would creep past it in tiny steps. So steps are at least a 32nd of a pixel long where
+//! the field is below that, or end at the estimated root. Thinner sheets along the ray are passed. After 1,024
+//! steps this minimum grows, up to half a pixel. Where a field was divided by a large bound, rays need many
+//! steps without a surface nearby. After 2,048 steps it grows without limit, so that a ray along a field that
+//! stays close to zero ends, too.
 //!
 //! A field may fall faster than its slope bound, or be discontinuous: a slope that a scene states is not
 //! checked. A step that ends deep inside is halved until the change of sign is bracketed to a fraction of
@@ -423,7 +424,7 @@ pub struct Bracket<R> {
 }
 
 /// Replaces a side of the bracket by the field at an estimate. Where the same side is replaced twice, the
-/// field at the other one is scaled down, so that the next line ends nearer to that one (N. Anderson and Å.
+/// field at the other one is scaled down. So the next line ends nearer to that one (N. Anderson and Å.
 /// Björck, *A New High Order Method of Regula Falsi Type for Computing a Root of an Equation*, 1973).
 #[inline(always)]
 pub fn secant_step<R: Real>(

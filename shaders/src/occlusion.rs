@@ -73,7 +73,7 @@ pub fn hemisphere_cosine<R: Real>(index: R, count: R) -> R {
 }
 
 /// Returns the hidden part of the weight of a tap. `height` is the field above a plane, `distance` that of
-/// the tap from the point. A field of half the height counts as open, since an obstacle beside a tap hides
+/// the tap from the point. A field of half the height counts as open: an obstacle beside a tap hides
 /// little, and many fields are lower bounds of the distance.
 #[inline(always)]
 pub fn hidden_weight<R: Real>(field: R, height: R, distance: R, weight: R) -> R {

@@ -261,8 +261,7 @@ pub fn step_to_passed_sheet<R: Real>(
 }
 
 /// Returns the next step: the radius of the empty sphere, but at least `min_step`. For a light with a size it
-/// is at least a tenth of the light's radius there, since nothing narrower than a tenth of the penumbra is
-/// visible.
+/// is at least a tenth of the light's radius there: nothing narrower than a tenth of the penumbra is visible.
 #[inline(always)]
 pub fn stride<R: Real>(field: R, t: R, min_step: R, size: R) -> R {
     field.max(min_step.max(size * t * lit(0.1)))

@@ -16,8 +16,8 @@ pub fn reinhard<R: Real>(color: R::Vec3) -> R::Vec3 {
 
 /// Applies a filmic curve per channel: dark tones slightly darker, a long shoulder towards white.
 ///
-/// Among quotients of two quadratics it is the one with a slope of 0.6 at 0 that maps 0.18 to 0.18, 1 to 0.75
-/// and 16 to 1.
+/// Among quotients of two quadratics it is the one with a slope of 0.6 at 0 and three given values. It maps
+/// 0.18 to 0.18, 1 to 0.75 and 16 to 1.
 #[inline(always)]
 pub fn filmic<R: Real>(color: R::Vec3) -> R::Vec3 {
     let c = color.max(R::Vec3::splat(lit(0.0)));

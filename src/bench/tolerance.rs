@@ -67,8 +67,8 @@ pub(crate) fn choose(rows: &[SettingRow], pixels: f64) -> Option<ChosenSetting> 
     })
 }
 
-/// Returns the index of the fastest setting that keeps the error, or else of the one with the fewest wrong
-/// rays and then the least error.
+/// Returns the index of the fastest setting that keeps the error. If none does, it is that of the setting
+/// with the fewest wrong rays, and then the least error.
 fn choose_index(entries: &[(f64, SettingError)], pixels: f64) -> Option<usize> {
     let kept = (0..entries.len()).filter(|&index| entries[index].1.is_within(pixels));
     let fastest = kept.min_by(|&a, &b| entries[a].0.total_cmp(&entries[b].0));

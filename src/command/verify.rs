@@ -15,9 +15,9 @@ use std::path::{Path, PathBuf};
 
 /// Draw scenes with every engine and compare: pixels, hits, depths, distances.
 ///
-/// Where engines differ by more than rounding explains, or with --strict in any bit of hit, depth,
-/// step count, normal, distance or gradient, the exit code is 1, and the pictures and their
-/// difference are written.
+/// The exit code is 1 if engines differ by more than rounding explains. With --strict, it is 1 if
+/// any bit of hit, depth, step count, normal, distance or gradient differs. Then the pictures and
+/// their difference are written.
 #[derive(Debug, clap::Args)]
 pub(crate) struct Arguments {
     /// The scenes.

@@ -35,8 +35,8 @@ fn load(engine: &mut dyn Engine, module: &Module, outputs: &[f64]) {
     engine.load(&loaded).expect("the scene loads");
 }
 
-/// Counts the pixels in which depths, materials and steps differ in any bit, and those in which normals
-/// and colours differ by more than drivers may cause.
+/// Counts the pixels in which depths, materials and steps differ in any bit. Normals and colours count
+/// where they differ by more than drivers may cause.
 fn differing(a: &Image, b: &Image) -> [usize; 5] {
     let count = |same: &dyn Fn(usize) -> bool| (0..a.depth.len()).filter(|&i| !same(i)).count();
     let is_close = |a: &[f32], b: &[f32], max_difference: f32| {

@@ -95,7 +95,7 @@ fn things_on_an_endless_floor_are_lit_alike_in_any_place_and_unit() {
 }
 
 /// A ray just above the highest solid is darkened by it, although the ray leaves the bounding box of all
-/// solids before it reaches the solid.
+/// solids before that.
 #[test]
 fn a_tall_post_far_away_changes_no_penumbra() {
     let off = "render { occlusion: off }\n";

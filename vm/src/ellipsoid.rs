@@ -7,8 +7,8 @@
 //! most points need one step or two. A step is the last one if it changes no denominator by more than 2 %.
 //!
 //! The distance is then computed along the normal `n` at that point, as `p · n − |r n|`. Along any
-//! direction, this is at most the distance to a convex solid, inside and outside, and its error is the
-//! square of the direction's error. The root in `|r n|` is that of a number near one. It is replaced by the
+//! direction, this is at most the distance to a convex solid, inside and outside. Its error is the square
+//! of the direction's error. The root in `|r n|` is that of a number near one. It is replaced by the
 //! tangent of the root there, which is no less. So the value is a lower bound after any number of steps.
 //!
 //! For radii that differ by up to 1,000 to 1, the value is exact up to rounding outside. Inside, it is exact

@@ -3,9 +3,10 @@
 //! ```text
 //! 0003  cuboid        half=[1.0, 0.5, 0.25]  at affine [1.0, 0.0, …]  blend quadratic [1.0, 1.0, 0.4, 0.625]
 //! ```
-//! A line is an instruction: its number, its name, its slot, its parameters, the number of instructions it
-//! may skip, the number of points it pops, its point transform, its constant operand, its blend. A number
-//! that depends on the scene's parameters has the suffix of its uniform result, `0.35@u2`.
+//! A line is an instruction: its number, its name, its slot, its parameters, and the number of
+//! instructions it may skip (`skips`). Then follow the number of points it pops (`back`), `keep` if it
+//! saves the current one, its point transform, its constant operand, and its blend. A number that depends
+//! on the scene's parameters has the suffix of its uniform result, `0.35@u2`.
 
 use crate::kernel::BlendKernel;
 use crate::pool::{PoolBuilder, PoolNumber};

@@ -1,8 +1,9 @@
 //! Programs: instructions, constants, and the sources of constants that depend on parameters.
 //!
 //! # The machine
-//! The machine has a stack of values whose top is kept in a variable, a current point on a stack of points,
-//! and numbered slots for values that are read more than once. An instruction has up to four steps:
+//! The machine has a stack of values, a stack of points, and numbered slots for values that are read more than
+//! once. The top of the values is kept in a variable, and the top of the points is the current point. An
+//! instruction has up to four steps:
 //! 1. It returns to an earlier point (`pops`) and may save the current one (`push`).
 //! 2. It transforms the current point: not at all, by a translation, or by a 3×4 matrix.
 //! 3. It runs an operation of the table on that point, on operands popped from the stack, and on parameters from
@@ -10,7 +11,7 @@
 //! 4. It pushes the result, or blends it into the value below. All hard and smooth minima and maxima are
 //!    `s · (min(s·a, s·b) − kernel(|a − b|))`. An operation that returns a point replaces the current point.
 //!
-//! So a translated, rotated box that is smoothly united with the preceding shapes is one instruction, and a
+//! So a translated, rotated box that is smoothly united with the preceding shapes is one instruction. A
 //! chain of unions never touches the stack in memory.
 //!
 //! The only jumps are those of guards ([`crate::guard`]), and they lead forward: a program of n

@@ -75,7 +75,7 @@ pub trait Real:
     /// Returns `then` where the condition holds, `otherwise` elsewhere.
     fn select(condition: Self::Bool, then: Self, otherwise: Self) -> Self;
     /// Returns `blend(a, b)`. The derivatives of `blend` with respect to both are weights that sum to at
-    /// most one in magnitude, so the operands' errors do not add up.
+    /// most one in magnitude. So the operands' errors do not add up.
     #[inline(always)]
     fn convex_blend(a: Self, b: Self, blend: impl Fn(Self, Self) -> Self) -> Self {
         blend(a, b)

@@ -1,16 +1,16 @@
 //! Running error bounds: the error of `f32` evaluation, for every point of a box.
 //!
-//! A [`RunningError`] number is an interval that contains the value of a formula for real numbers, and a
-//! bound on the difference to its `f32` value at the same point, by the same operations. Evaluating a body,
-//! or a program ([`error_bound`]), on this type gives its error bound. Each operation adds half a unit in
-//! the last place of its result to the propagated errors of its operands (J. H. Wilkinson, *Rounding Errors
-//! in Algebraic Processes*, 1963).
+//! A [`RunningError`] number is an interval that contains the value of a formula for real numbers, and an
+//! error bound. That bounds the difference to the `f32` value at the same point, by the same operations.
+//! Evaluating a body, or a program ([`error_bound`]), on this type gives its error bound. Each operation
+//! adds half a unit in the last place of its result to the propagated errors of its operands (J. H.
+//! Wilkinson, *Rounding Errors in Algebraic Processes*, 1963).
 //!
-//! **Included** are the rounding of every sum, product, quotient and root, of literals, of our own
-//! elementary functions as measured, the flushing of denormals, and the errors of the coordinates, as given
-//! by the caller. A fused multiply-add rounds less, so the bound holds for it too. **Not included** are the
-//! constants of the program, which were rounded once and are exact since then, and devices whose divisions
-//! or roots have larger errors than IEEE 754 allows.
+//! **Included** are the rounding of every sum, product, quotient, root and literal, the measured errors of
+//! our own elementary functions, and the flushing of denormals. So are the errors of the coordinates, as
+//! given by the caller. A fused multiply-add rounds less, so the bound holds for it too. **Not included**
+//! are devices whose divisions or roots have larger errors than IEEE 754 allows. Neither are the constants
+//! of the program, which were rounded once and are exact since then.
 //!
 //! **Decisions.** A floor, a `select` and an angle at its cut are discontinuous. Where a point is nearer to
 //! the discontinuity than rounding, `f32` may decide differently from real numbers. Then the result is
@@ -605,8 +605,8 @@ impl Real for RunningError {
             ..a
         }
     }
-    /// Bounds the error by the larger error of the operands plus the rounding error of the blend itself,
-    /// evaluated on exact operands in the same ranges.
+    /// Bounds the error by the larger error of the operands plus the rounding error of the blend itself.
+    /// The latter is evaluated on exact operands in the same ranges.
     fn convex_blend(a: Self, b: Self, blend: impl Fn(Self, Self) -> Self) -> Self {
         let passed_on = blend(a, b);
         let input_error = larger(a.error, b.error);

@@ -319,7 +319,7 @@ pub struct Flat {
     pub half: usize,
 }
 
-/// Returns the first position from `at` on where `width` numbers lie within one vec4 of the pool, so that a
+/// Returns the first position from `at` on where `width` numbers lie within one vec4 of the pool. So a
 /// kernel reads each parameter by a single load.
 pub const fn align(at: usize, width: usize) -> usize {
     if at % 4 + width > 4 {

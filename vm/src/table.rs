@@ -1,10 +1,10 @@
-//! The table of operations: one row each. The enum, the encoding, the listing, the verifier, the evaluation
-//! on every number type, the recorded WGSL, the interpreter's `switch`, the language's built-ins and the
-//! reference are all derived from it.
+//! The table of operations: one row each. Derived from it are the enum, the encoding, the listing, the
+//! verifier, and the evaluation on every number type. So are the recorded WGSL, the interpreter's `switch`,
+//! the language's built-ins and the reference.
 //!
 //! To add a shape: write its body under [`crate::ops`], add a row here, add a test scene. A row consists of
-//! the name, the body, inputs and parameters, the result, the conversion from a call's arguments to the
-//! parameters, and the facts about the operation.
+//! the name, the body, inputs and parameters, the result, and the facts about the operation. It also
+//! converts a call's arguments to the parameters.
 
 use crate::bounds::Bounds;
 use crate::interval::NOISE_STEEPNESS;

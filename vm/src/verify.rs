@@ -1,11 +1,11 @@
 //! The verifier: every program must pass it before it may run.
 //!
-//! It proves that every opcode is known, every operand was computed, every pool index and slot exists,
-//! stacks stay within the format's limits, all constants are finite, and exactly one value remains at the
-//! end. The block of a guard follows the guard and lies within the enclosing block. It leaves the height of
-//! both stacks unchanged, never accesses values below the one on top, never replaces the current point, and
-//! stores nothing that is loaded later. As jumps only lead forward, every run ends after at most as many
-//! steps as there are instructions, without an access out of range.
+//! It proves that every opcode is known, every operand was computed, and every pool index and slot exists.
+//! It also proves that stacks stay within the format's limits, all constants are finite, and exactly one
+//! value remains at the end. The block of a guard follows the guard and lies within the enclosing block. It
+//! leaves the height of both stacks unchanged and never accesses values below the one on top. It never
+//! replaces the current point, and stores nothing that is loaded later. As jumps only lead forward, every
+//! run ends after at most as many steps as there are instructions, without an access out of range.
 
 use crate::program::{
     CHANNELS, Code, Destination, Instruction, MAX_DEPTH, MAX_GUARDS, MAX_INSTRUCTIONS, MAX_POINTS,

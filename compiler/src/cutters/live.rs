@@ -1,8 +1,8 @@
 //! Cutters that depend on live parameters in the same way as the body.
 //!
-//! A face of a cutter is moved outwards if, for all values of the parameters, it is at or beyond the body's
-//! outermost face on that side. Both positions are linear forms of the parameters: a plate of the height `h`
-//! and a cutter of that height end in the same plane, whatever `h` is.
+//! A face of a cutter is moved outwards if it is at or beyond the body's outermost face on that side.
+//! That must hold for all values of the parameters. Both positions are linear forms of the parameters: a
+//! plate of the height `h` and a cutter of that height end in the same plane, whatever `h` is.
 
 use super::linear::LinearForm;
 use super::{CutContext, CutterExtension, TOUCH_TOLERANCE};

@@ -336,8 +336,8 @@ pub(super) fn is_round(scene: &Scene, id: ShapeId) -> bool {
     is_solid_of_revolution(*op)
 }
 
-/// The map of a ring's half plane that a map of space induces, if that maps the y axis to itself and
-/// preserves angles about it.
+/// The map of a ring's half plane that a map of space induces. It exists if the map of space maps
+/// the y axis to itself and preserves angles about it.
 pub(super) fn half_plane_rows(rows: &AffineRows) -> Option<AffineRows> {
     let axis_length = (0..3).fold(0.0, |max: f64, i| max.max(rows[1][i].abs()));
     let zero = |value: f64, unit: f64| value.abs() <= TOUCH_TOLERANCE * unit.max(1.0);

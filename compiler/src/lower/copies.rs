@@ -11,8 +11,9 @@ use crate::scene::{NeighbourCells, ShapeId, ShapeKind, neighbour};
 use sdfc_vm::table::Op;
 use std::f64::consts::TAU;
 
-/// Minimum gap between a copy and the walls of its cell, as a fraction of the cell, for its neighbours
-/// to be replaced by their boxes. In a smaller gap rays would take many short steps along the walls.
+/// Minimum gap between a copy and the walls of its cell, as a fraction of the cell. From it on, the
+/// neighbours are replaced by their boxes. In a smaller gap rays would take many short steps along the
+/// walls.
 const MIN_GAP_FRACTION: f64 = 1.0 / 64.0;
 
 impl Lowering<'_> {

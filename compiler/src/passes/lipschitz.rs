@@ -1,8 +1,8 @@
 //! Relaxes slope divisions that are larger than necessary. Before: any graph. In it, raw fields, warps
-//! and displacements that are used as steps are divided by a bound on their slope (`lower/step.rs`),
-//! which was found on the scene's expressions. After: none of them is divided by more than the bound
-//! that the operations' own rules give for the current graph. A warp that proved to be a rotation is
-//! not slowed down.
+//! and displacements that are used as steps are divided by a bound on their slope (`lower/step.rs`).
+//! The bound was found on the scene's expressions. After: none of them is divided by more than the
+//! bound that the operations' own rules give for the current graph. A warp that proved to be a
+//! rotation is not slowed down.
 //!
 //! The value grows where a divisor shrank, but its slope is at most one and its zeros are the same: it
 //! stays a safe step to the same surface. A division stays where the magnitude of its result is used as

@@ -10,8 +10,8 @@
 //!
 //! The first part (`drop.rs`) may use half of the tolerance. It makes smooth blends hard where their
 //! bulge is too thin to be visible, and drops offsets and displacements that are too small. The second
-//! part (`merge.rs`) may use the rest. It replaces operands of a union by the box around them, where
-//! they fill it up to the error or are smaller than the error altogether. The box contains what it
+//! part (`merge.rs`) may use the rest. It replaces operands of a union by the box around them. They
+//! must fill it up to the error, or be smaller than the error altogether. The box contains what it
 //! replaces and is an exact distance, so unions only grow. After that part no value is larger than
 //! before, and outside of the solid none is less by more than the error. Each is a safe step to its
 //! surface. A box has the material of everything it replaces; in the graph of surfaces operands with

@@ -2,8 +2,8 @@
 //!
 //! Colours are those of the mode `distance` ([`views::distance_color`]): cool inside, warm outside, a
 //! line at every round distance, and a bold line at zero. The line width on screen does not depend on the
-//! angle of the plane. It is scaled by the change of the field between adjacent pixels, which follows
-//! from the gradient and from the intersections of adjacent rays with the plane.
+//! angle of the plane. It is scaled by the change of the field between adjacent pixels. That follows from
+//! the gradient and from the intersections of adjacent rays with the plane.
 //!
 //! Only distances and gradients are used. An engine that has the module loaded without its surface
 //! program (`surface: None`) answers faster.

@@ -254,8 +254,8 @@ impl Refine for CpuLevels<'_> {
 
 impl Refine for CellRegion {
     fn should_split(&self, region: &Aabb, clauses: usize, surface_distance: f32) -> bool {
-        // A ray's step is about as long as the distance to the surface, so rays take few samples in a cell
-        // that is smaller than that.
+        // A ray's step is about as long as the distance to the surface. In a cell smaller than that, rays
+        // take few samples.
         clauses > MAX_LEAF_CLAUSES
             && surface_distance < 2.0 * region.longest_side()
             && self.pixels.should_split(region, clauses, surface_distance)

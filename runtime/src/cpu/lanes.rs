@@ -5,8 +5,8 @@
 //! compiled once per instruction set, as those of `sdfc_vm::lanes` are.
 //!
 //! An *aside* is a loop that a few tasks run for a while, such as the check of an occluder candidate. Tasks
-//! in an aside wait in blocks of their own until there are enough of them, so that the others do not run its
-//! loop in vain.
+//! in an aside wait in blocks of their own until there are enough of them. So the others do not run its loop
+//! in vain.
 
 use super::{Evaluator, F32x64, LANES, Points, Query};
 use sdfc_vm::multiversion;

@@ -47,7 +47,7 @@ fn square_region(plane: &PixelPlane, [left, upper]: [usize; 2], side: usize) -> 
 }
 
 /// Samples the field at all pixels, row after row. In squares where it is at least `band` from zero, the
-/// values may be any numbers at least that far from zero with the same sign.
+/// values may be any numbers of that sign with at least that magnitude.
 pub fn sample(program: &Program, tape: &Tape, plane: &PixelPlane, band: f32) -> Vec<f32> {
     let [width, height] = plane.size;
     let job = SamplingJob {

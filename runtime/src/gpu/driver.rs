@@ -36,8 +36,8 @@ pub enum Arithmetic {
     /// differ by roundings between devices and between kernels.
     #[default]
     Default,
-    /// Every operation as written, rounded to the nearest number. The bits are the same on every device and
-    /// in every kernel, and equal those of `f32` in Rust, as long as no number is denormal. Requires a device
+    /// Every operation as written, rounded to the nearest number. As long as no number is denormal, the bits
+    /// are the same on every device and in every kernel. They equal those of `f32` in Rust. Requires a device
     /// that rounds this way. Vulkan gets decorations, which cost nothing; other backends are opened as
     /// [`Arithmetic::Portable`].
     Strict,

@@ -2,15 +2,15 @@
 //!
 //! The ray from the camera to `far` is a stack of segments, the nearest on top. A segment on which the
 //! field's interval does not contain zero is proved empty. Otherwise, if the field is continuous there,
-//! bounds of its slope along the ray trim the segment from both ends by the distance within which the values
-//! there cannot reach zero. Where it only decreases, values of both signs at the ends prove one root, which
-//! interval Newton steps narrow down. The remaining segment is bisected, and the nearer half comes first. At
-//! the minimum width a value of the other sign beyond the segment proves a change of sign, be it a root or a
-//! discontinuity.
+//! bounds of its slope along the ray trim the segment from both ends. They cut off the parts in which the
+//! values cannot reach zero. Where the field only decreases, values of both signs at the ends prove one
+//! root, which interval Newton steps narrow down. The remaining segment is bisected, and the nearer half
+//! comes first. At the minimum width a value of the other sign beyond the segment proves a change of sign,
+//! be it a root or a discontinuity.
 //!
 //! A change of sign is a hit if the field beyond it falls below zero by more than rounding alone can do in
 //! `f32` ([`marching::sign_margin`]). If it is above zero again before that, the ray has passed a sheet
-//! without thickness, or touched a surface, and the search goes on beyond it.
+//! without thickness, or touched a surface. The search goes on beyond it.
 //!
 //! The program is pruned for each segment by the choices that its intervals decide. So the work near a
 //! surface is that of the shapes nearby.

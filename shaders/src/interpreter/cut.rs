@@ -13,8 +13,8 @@
 //! ```
 //! The words of `scratch` count up from their initial values: nodes, words of tapes, cells with tapes,
 //! clauses of their own, cells without memory for a shorter tape; then the words of choices in use. Those of
-//! `job_queue` are the first cell of the present dispatch, that of the next one, the number of listed cells,
-//! and the number of clauses of the waiting ones.
+//! `job_queue` are the first cell of the present dispatch and that of the next one. Then follow the number
+//! of listed cells and the number of clauses of the waiting ones.
 //!
 //! After an edit, new nodes follow the old ones. A child with an equal tape that contains no
 //! [changed](mark_changed) instruction is itself unchanged, with all its descendants. Its new entry is its
@@ -60,7 +60,7 @@ pub const JOB_QUEUE_STATE_WORDS: usize = 4;
 pub const MAX_STALLED_LEVELS: [u32; 2] = [3, 1];
 
 /// Maximum number of clauses of a tape. Three passes over it are fewer iterations than software devices allow
-/// (65,535), and 2¹⁸ concurrent invocations that reserve memory for that many clauses count to at most 2³².
+/// (65,535). If 2¹⁸ concurrent invocations reserve memory for that many clauses, they count to at most 2³².
 pub const MAX_TAPE_CLAUSES: usize = 15_000;
 
 /// Maximum number of value registers that are renamed.

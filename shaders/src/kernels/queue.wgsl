@@ -3,8 +3,8 @@
 // Its header has four words: the number of entries written, the maximum number of evaluations per invocation,
 // the number of entries to read, and their half. The first dispatch reads none. The other half is written.
 //
-// The header is in storage and not in uniforms, since software Vulkan compiles a kernel again for each new
-// value of a uniform that the end of a loop depends on.
+// The header is in storage and not in uniforms. If the end of a loop depended on a uniform, software
+// Vulkan would compile the kernel again for each new value.
 
 fn evaluation_budget() -> u32 {
     return atomicLoad(&queue[1]);

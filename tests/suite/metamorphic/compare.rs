@@ -1,7 +1,7 @@
 //! Pixel-by-pixel comparison of two pictures that must be equal.
 //!
 //! Away from edges, pixels must agree. At an edge of either picture, a pixel may show the other side of
-//! the edge, so its content must be found nearby in the other picture. A ring or speckle in one picture
+//! the edge. So its content must be found nearby in the other picture. A ring or speckle in one picture
 //! alone is therefore an error, although it creates edges of its own.
 
 use sdfc_runtime::render::Image;

@@ -7,8 +7,8 @@ use std::time::Duration;
 
 /// Returns the time an input may take beyond the common limit.
 ///
-/// It is 1 µs per byte of the text and 2 µs per byte of the compiled file, since a short text may request
-/// many shapes. Texts with functions of the point get 100 ms for the search for slopes. Refused texts with
+/// It is 1 µs per byte of the text and 2 µs per byte of the compiled file: a short text may request many
+/// shapes. Texts with functions of the point get 100 ms for the search for slopes. Refused texts with
 /// loops or functions get 4 s, since they may have used up all evaluation steps.
 fn allowed_time(text: &str, file: Option<Vec<u8>>) -> Duration {
     let is_refused = file.is_none();

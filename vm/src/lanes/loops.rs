@@ -147,8 +147,8 @@ macro_rules! only_wide {
 }
 
 /// The loops of a number type, once per instruction set. Interval gradients are evaluated seldom, so they
-/// have no loops for AVX-512, which keeps this crate quick to compile. It is a macro and not a generic
-/// function so that the loops are compiled in this crate and not again in each crate that uses it.
+/// have no loops for AVX-512, which keeps this crate quick to compile. It is a macro: a generic
+/// function's loops would be compiled again in each crate that uses it.
 macro_rules! simd_ops {
     ($L:ty, $wide:ident, $widest:ident) => {{
         type B = <$L as Lane>::Block;

@@ -83,10 +83,10 @@ smooth!(
     "an exponential"
 );
 
-/// The union with a parabolic blend whose thickness grows with the distance from `focus`, for instance from
-/// a camera, so that the blend stays visible from afar. The thickness is `thickness` at the focus,
-/// increases by `growth` per unit of length, and is at most `most`. A varying thickness makes the result
-/// steeper by its own slope, which the row's slope rule includes.
+/// The union with a parabolic blend whose thickness grows with the distance from `focus`. With the focus at
+/// a camera, the blend stays visible from afar. The thickness is `thickness` at the focus, increases by
+/// `growth` per unit of length, and is at most `most`. A varying thickness makes the result steeper by its
+/// own slope, which the row's slope rule includes.
 #[inline(always)]
 pub fn distance_union<R: Real>(
     a: R,

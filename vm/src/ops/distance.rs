@@ -165,7 +165,7 @@ const MAX_DISTANCE: f64 = 1e15;
 
 /// The smallest of a distance and those to the boxes of the copies next to a cell. Along an axis, a
 /// neighbour is at the distance of the gap to it. Across the axis, it is at the distance of the nearer of
-/// itself and the cell's own copy, whose box lies between the two corners of `own`.
+/// itself and the cell's own copy. The box of that one lies between the two corners of `own`.
 #[inline(always)]
 fn guarded<R: Real>(
     d: R,

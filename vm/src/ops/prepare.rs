@@ -228,8 +228,8 @@ pub fn tetrahedron<R: Real>(a: &[R]) -> Vec<R> {
     vec![a[0] * lit(1.0 / 3.0)]
 }
 
-/// Converts the size of a cell and the thickness of a sheet to radians per unit, the scale that makes the
-/// level function a lower bound of the distance, and half the thickness.
+/// Converts the size of a cell and the thickness of a sheet to radians per unit, a scale, and half the
+/// thickness. The scale makes the level function a lower bound of the distance.
 pub fn periodic<R: Real>(a: &[R]) -> Vec<R> {
     let per_radian = a[0] * lit(1.0 / std::f64::consts::TAU);
     let steepest = 3.0_f64.sqrt();
@@ -371,8 +371,8 @@ pub fn polar_neighbour<R: Real>(a: &[R]) -> Vec<R> {
 /// Length of a step as a fraction of the longest safe one, so that its own slope stays below one.
 const STEP_FRACTION: f64 = 0.8;
 
-/// Converts the half side of a cube, a slope bound in it, and the factor and the exponent of the growth
-/// outside, to the parameters of [`super::distance::field_growth`].
+/// Converts its arguments to the parameters of [`super::distance::field_growth`]. They are the half
+/// side of a cube, a slope bound in it, and the factor and the exponent of the growth outside.
 pub fn growth<R: Real>(a: &[R]) -> Vec<R> {
     let one = lit::<R>(1.0);
     let inverse = |v: R| one / v.max(lit(1e-30));

@@ -1,4 +1,4 @@
-//! Tapes of nested regions. A choice that is decided in a region is decided in all regions within it, so
+//! Tapes of nested regions. A choice that is decided in a region is decided in all regions within it. So
 //! the tape of a region is pruned from that of the enclosing region.
 
 use super::prune::{Choice, Pruner};

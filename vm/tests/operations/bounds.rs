@@ -106,8 +106,8 @@ fn moved_shapes_lie_within_their_bounds() {
     }
 }
 
-/// If a union is less than some distance, one of its operands is less than that distance plus the growth of
-/// the bounds, for any operands.
+/// A union is less than some distance only if one of its operands is less than that distance plus the
+/// growth of the bounds.
 #[test]
 fn blends_add_no_more_than_their_bounds_grow_by() {
     for case in cases(19, 8, |op| op.row().meta.category == Category::Combine) {

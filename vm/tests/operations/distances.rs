@@ -269,8 +269,8 @@ fn the_ellipsoid_is_as_far_as_it_is() {
     }
 }
 
-/// On the long axis of a prolate spheroid, where a ring of points is nearest, the depth is `b √(1 − x² /
-/// (a² − b²))` for the radii `a` and twice `b`.
+/// On the long axis of a prolate spheroid with the radii `a` and twice `b`, a ring of points is nearest.
+/// The depth there is `b √(1 − x² / (a² − b²))`.
 #[test]
 fn the_axis_of_a_spheroid_is_as_far_from_its_ring_as_it_is() {
     let (a, b) = (1.0_f64, 0.5_f64);

@@ -1,11 +1,11 @@
 //! The largest slope and the largest value of noise: a proof for any assignment of gradients to the corners
 //! of a cell.
 //!
-//! Along a direction u, the slope of the noise at the position p in its cell is the sum over the corners c
-//! of g · M u. Here g is the corner's gradient and M = w·1 + (p − c) ∇wᵀ, with the corner's weight w. The
-//! gradients are the twelve directions to the edges of a cube, so g · v is at most the sum of the two
-//! largest components of v, over √2. Let F(p, u) be the sum of these bounds over the corners. The largest F
-//! over all positions and unit directions bounds the slope.
+//! Let p be a position in the cell. Along a direction u, the slope of the noise there is the sum over the
+//! corners c of g · M u. Here g is the corner's gradient and M = w·1 + (p − c) ∇wᵀ, with the corner's
+//! weight w. The gradients are the twelve directions to the edges of a cube. So g · v is at most the sum of
+//! the two largest components of v, over √2. Let F(p, u) be the sum of these bounds over the corners. The
+//! largest F over all positions and unit directions bounds the slope.
 //!
 //! A cell is symmetric: it suffices to consider p in an eighth of it and directions along (1, s, t) with s
 //! and t in [-1, 1]. The positions are subdivided into boxes until the bound holds on each. On a box of

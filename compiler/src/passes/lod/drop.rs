@@ -204,8 +204,8 @@ impl DropSelector<'_> {
         self.errors[root.0 as usize] = input_error + added_error;
     }
 
-    /// Returns the size in pixels of a change of a node's value by `change`, where all of these
-    /// operands are at most the node's influence band plus `margin`.
+    /// Returns the size in pixels of a change of a node's value by `change`. Only places count
+    /// where all of these operands are at most the node's influence band plus `margin`.
     fn change_in_pixels(
         &self,
         id: NodeId,

@@ -249,7 +249,7 @@ mod tests {
     use super::*;
     use crate::cpu::leaf_bins::tests::cells;
 
-    /// Beyond its leaf a field may have its global slope bound, so the empty sphere around an entry point is no
+    /// Beyond its leaf a field may have its global slope bound. So the empty sphere around an entry point is no
     /// larger than the value there.
     #[test]
     fn no_more_is_clear_of_surfaces_than_the_value_says() {

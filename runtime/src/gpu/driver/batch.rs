@@ -25,8 +25,8 @@ pub enum Extent {
 /// Dispatches that are submitted together.
 ///
 /// Each dispatch sees all writes of the ones before it. They share a single compute pass: WebGPU makes each
-/// dispatch a separate usage scope, and wgpu inserts a memory barrier between two dispatches if a buffer that
-/// one of them writes is used by both.
+/// dispatch a separate usage scope. Where one of two dispatches writes a buffer that the other one uses, wgpu
+/// inserts a memory barrier between them.
 #[derive(Debug)]
 #[must_use = "a batch does nothing until it is submitted"]
 pub struct Batch<'gpu> {

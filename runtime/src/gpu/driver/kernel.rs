@@ -222,8 +222,8 @@ impl Gpu {
                     spirv: Some(Cow::Owned(words)),
                     ..Default::default()
                 };
-                // SAFETY: the words are those that naga wrote for a module that it validated, with all checks
-                // at run time that wgpu requests from it, and with decorations that are valid where they
+                // SAFETY: the words are those that naga wrote for a module after validating it. They have all
+                // checks at run time that wgpu requests from naga. Added decorations are valid where they
                 // stand. `strict::binding_sizes` and `strict::check_workgroup` checked that the bound buffers
                 // are those the module declares, and that workgroups keep the limits.
                 unsafe { self.device.create_shader_module_passthrough(descriptor) }
