@@ -57,9 +57,9 @@ pub fn pixel_differences(width: usize, reference: &[u8], image: &[u8]) -> Vec<f6
 const COLOR_EXPONENT: f64 = 0.7;
 /// The exponent of differences of edges and points.
 const FEATURE_EXPONENT: f64 = 0.5;
-/// Colour distances up to this fraction of the largest one
+/// Fraction of the largest colour distance up to which a distance is small.
 const KNEE_FRACTION: f64 = 0.4;
-/// are mapped to this fraction of the range.
+/// Fraction of the range to which small distances are mapped.
 const KNEE_OUTPUT: f64 = 0.95;
 /// Width of the detectors of edges and points, in degrees.
 const FEATURE_WIDTH_DEGREES: f64 = 0.082;

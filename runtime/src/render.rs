@@ -116,7 +116,7 @@ pub struct Lighting {
     pub up: [f64; 3],
     /// Factor on the light from the sky.
     pub ambient: f64,
-    /// Fraction of a surface hidden by fog per unit of distance; `None` without fog.
+    /// Density of fog: the attenuation per unit of distance; `None` without fog.
     pub fog: Option<f64>,
 }
 
@@ -167,8 +167,8 @@ pub struct RenderSettings {
     /// Maximum length of a ray, in scene units.
     pub far: f64,
     /// Distance from a surface at which a march starts the search for the root, as a fraction of half a
-    /// pixel; a few times as far where the field decreases steadily. The depth is refined afterwards. A
-    /// larger fraction takes fewer steps, and misses more details thinner than a pixel.
+    /// pixel; 10 to 20 times as far where the field decreases steadily. The depth is refined
+    /// afterwards. A larger fraction takes fewer steps, and misses more details thinner than a pixel.
     pub cone: f64,
     /// Over-relaxation of steps beyond the distance of the nearest surface, where the field allows it: the
     /// weight, from 0 to 1, of the newest slope along a ray in a running mean. 0 is plain sphere tracing. See

@@ -57,11 +57,12 @@ shared! {
         rounding: f32,
         /// Direction of the middle ray.
         forward: vec3f,
-        /// Half a pixel's height at the start of its ray.
+        /// Half a pixel's height at the start of its ray; with several samples per pixel, half that
+        /// of a sample's part.
         footprint: f32,
         /// Difference of the direction at the right edge.
         forward_right: vec3f,
-        /// Growth of half a pixel's height per unit along the ray.
+        /// Growth of that half height per unit along the ray.
         footprint_growth: f32,
         /// Difference of the direction at the upper edge.
         forward_up: vec3f,

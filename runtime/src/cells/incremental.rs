@@ -17,7 +17,8 @@ const MAX_GROWTH_FACTOR: usize = 2;
 const MIN_COUNTED_CELLS: usize = 4096;
 
 /// Returns the cells of an edited program, reusing the `previous` ones. Returns `None` where all cells must
-/// be rebuilt: the instructions or the region changed, or too many replaced cells are in memory.
+/// be rebuilt: the instructions or the region changed, too many replaced cells are in memory, or a limit
+/// was reached.
 pub fn rebuild_after_edit(
     previous: &Arc<Cells>,
     old: (&Program, &Tape),

@@ -214,7 +214,7 @@ impl GpuCells {
         ([root, full_tape], deferred)
     }
 
-    /// Adds a tape and returns its first word.
+    /// Adds a tape and returns the position of its first word, its length.
     fn add_tape(&mut self, clauses: &[Clause], base: u32) -> u32 {
         let start = self.base_offsets[1] + self.tapes.len() as u32;
         self.tapes.push([clauses.len() as u32, 0]);

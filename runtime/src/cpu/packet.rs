@@ -415,7 +415,7 @@ impl Marcher {
         evaluations
     }
 
-    /// Stores the result of a ray that left the leaf.
+    /// Stores the result of a ray that ended in the leaf or left it.
     fn retire_lane(
         &mut self,
         frame: &FrameUniforms,

@@ -349,7 +349,8 @@ struct LightParams<const FORM: u32> {
 impl<const FORM: u32> LightParams<FORM> {
     /// Advances a ray by the field's value at its point; reports whether the ray has ended.
     ///
-    /// An occluder candidate is checked once the ray has passed the point of its maximum.
+    /// An occluder candidate is checked once the next sample is no candidate, or at the end of the
+    /// ray.
     #[inline(always)]
     fn step(self, b: &mut ShadowLanes, i: usize, h: f32) -> bool {
         let (t, v) = (b.t.0[i], b.visibility.0[i]);

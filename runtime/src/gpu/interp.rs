@@ -54,7 +54,7 @@ const _: () = assert!(GENERIC_REGISTERS.name_bits() == GENERIC_SURFACE_REGISTERS
 
 /// A scene's programs in an interpreter's buffers.
 pub(super) struct Interpreter {
-    /// Set if the kernels run any scene.
+    /// The range of scenes that the kernels run.
     kernel_mode: KernelMode,
     /// The requirements that the kernels support.
     distance: KernelRequirements,

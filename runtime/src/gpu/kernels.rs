@@ -49,7 +49,7 @@ pub(super) struct KernelEntry {
     bound: Option<(u64, BoundKernel)>,
 }
 
-/// Index of an [`KernelEntry`].
+/// Index of a [`KernelEntry`].
 #[derive(Clone, Copy, Debug)]
 pub(super) struct KernelId(usize);
 

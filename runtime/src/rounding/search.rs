@@ -31,7 +31,8 @@ pub struct ErrorBound {
 }
 
 impl ErrorBound {
-    /// Reports whether the search converged: both numbers are nearly the same.
+    /// Reports whether the search converged: the bound is at most four times the largest error
+    /// found.
     pub fn is_settled(&self) -> bool {
         self.upper_bound <= 4.0 * self.largest_found
     }

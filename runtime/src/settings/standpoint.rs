@@ -32,8 +32,9 @@ pub(super) struct Standpoint<'a> {
 }
 
 impl Standpoint<'_> {
-    /// Returns the view in the requested direction, or in the nearest tried direction from which the subject
-    /// is visible.
+    /// Returns the view in the first tried direction from which the subject is visible; the requested one is
+    /// tried first. If there is none, the camera with the clearest view is moved in front of the
+    /// obstruction.
     pub(super) fn find(&self, requested: &View) -> View {
         let size = |factor: &f64| {
             let margin = self.shown.half_diagonal() * (factor - 1.0);

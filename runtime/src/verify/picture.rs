@@ -26,11 +26,11 @@ pub struct PictureDifferences {
     pub hit_mismatches: usize,
     /// Those of them that are not at a silhouette of the reference.
     pub hit_mismatches_inside: usize,
-    /// Relative depth differences where both hit.
+    /// Relative depth differences where both hit, away from edges of the reference.
     pub depth: Percentiles,
-    /// Depth differences in units of the last place.
+    /// Those differences in units of the last place.
     pub depth_ulps: Percentiles,
-    /// Angles between the normals where both hit, in degrees.
+    /// Angles between the normals where both hit, in degrees, away from edges of the reference.
     pub normals: Percentiles,
     /// Rays with different numbers of steps.
     pub steps_differ: usize,
