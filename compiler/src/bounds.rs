@@ -368,7 +368,7 @@ impl ShapeBounds {
     }
 
     /// Tightens the box of a shape by a search, where its rule gives too little. That is an infinite
-    /// box over finite operands, or a twist or bend by an unknown angle.
+    /// box over finite operands, or the box of a twist or bend, whose rule allows any angle.
     fn tightened(&mut self, scene: SceneRef<'_>, id: ShapeId, rule_bounds: &Bounds) -> Bounds {
         let kind = &scene.shapes[id.0 as usize].kind;
         let has_ends = |boxes: &Self, kind: &ShapeKind| {

@@ -405,8 +405,8 @@ impl Lowering<'_> {
         }
     }
 
-    /// Divides a value by a bound of its slope. A bound below one enlarges the value, so that light can
-    /// use it as a distance.
+    /// Divides a value by a bound of its slope. A bound below one enlarges the value, so that rays take
+    /// longer steps.
     fn divide_by_slope(&mut self, node: NodeId, slope: f64, local_point: LocalPoint) -> NodeId {
         if is_unit_slope(slope) {
             return node;

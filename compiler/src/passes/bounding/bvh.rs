@@ -310,8 +310,8 @@ impl<'a> BvhBuilder<'a> {
         best
     }
 
-    /// Emits the steps of a node. `parent_area` is the area of the innermost guard around it, or at the top
-    /// level the total area over [`TOP_LEVEL_PROBABILITY`].
+    /// Emits the steps of a node. `parent_area` is the area of the innermost guard around it. At the top
+    /// level it is the total area, or that of a single operand, over [`TOP_LEVEL_PROBABILITY`].
     fn emit(&mut self, tree: &BvhNode, parent_area: f64, level: usize) {
         let skipped = 1.0 - (tree.area / parent_area).min(1.0);
         let is_profitable = skipped * tree.work > GUARD_COST + MIN_GUARD_GAIN;
