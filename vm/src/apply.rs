@@ -57,7 +57,7 @@ impl_apply_for!(
     Dual<FloatInterval>
 );
 
-/// Runs one operation on numbers that need no constants: `parameters` are those of the row, in order and
+/// Runs one operation whose parameters are numbers of the same type: those of the row, in order and
 /// without gaps.
 pub fn apply_numbers<R: Real>(op: Op, p: R::Vec3, values: [R; 3], parameters: &[R]) -> OpResult<R> {
     apply_body(op, p, values, parameters)

@@ -1,11 +1,10 @@
-//! Sine, cosine, exponential, logarithm, arctangent and gradient noise, from additions and multiplications
-//! only.
+//! Sine, cosine, exponential, logarithm, arctangent and gradient noise, from basic arithmetic only.
 //!
 //! WGSL allows its builtins errors as large as 5e-4 in a sine, and devices use this allowance. These bodies
 //! are written once, run on every engine, and give the same bits unless multiplications and additions are
 //! fused. Ranges are reduced by constants in several parts (W. J. Cody and W. Waite, *Software Manual for
 //! the Elementary Functions*, 1980). The kernels on the reduced ranges are Taylor series, truncated where
-//! the next term is below half a unit in the last place.
+//! the next term is below half a unit in the last place. That of the arctangent is a fitted polynomial.
 //!
 //! [`Real`] cannot express integer hashes. They are the intrinsics [`Real::lattice`] and, for noise,
 //! [`Real::noise_corner_gradient`], written by hand on each side and compared bit for bit by a test.
@@ -199,8 +198,8 @@ pub fn hash(cell: [f32; 3], seed: f32) -> [u32; 3] {
 
 /// Returns one 32-bit hash of three integers and a seed, whose upper bits have the better quality. It mixes
 /// in one coordinate after another, as Perlin's permutations do, so that the corners of a cell reuse common
-/// partial hashes. Each coordinate is multiplied in and mixed by a shift. The multipliers and the last step
-/// are those of C. Wellons' *lowbias32* (Prospecting for Hash Functions, 2018).
+/// partial hashes. Each coordinate is multiplied in and mixed by a shift. The multipliers and the last
+/// shift are those of C. Wellons' *lowbias32* (Prospecting for Hash Functions, 2018).
 #[inline(always)]
 fn corner_hash([x, y, z]: [f32; 3], seed: f32) -> u32 {
     let h = (integer_bits(x) ^ salt(seed)).wrapping_mul(0x7feb_352d);

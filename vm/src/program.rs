@@ -437,8 +437,8 @@ impl Module {
     }
 }
 
-/// Returns a number that depends on every row's name, inputs and parameters, and on the machine's own
-/// codes. A program is only readable with the table that wrote it.
+/// Returns a number that depends on every row's name, inputs, output and parameters, and on the
+/// machine's own codes. A program is only readable with the table that wrote it.
 pub fn table_hash() -> u32 {
     let mut hash: u32 = 0x811c_9dc5;
     let mut feed = |text: &str| {

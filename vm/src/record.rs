@@ -29,7 +29,7 @@ pub struct RecordedFunction {
     pub name: String,
     /// Its text, from `fn` to the closing brace.
     pub text: String,
-    /// The elementary functions it calls, sorted; see [`crate::prelude`].
+    /// The functions of the prelude that it calls, sorted; see [`crate::prelude`].
     pub calls: Vec<&'static str>,
 }
 

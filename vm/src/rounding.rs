@@ -33,8 +33,9 @@ const UNIT_ROUNDOFF: f64 = 5.960_465e-8;
 const MIN_NORMAL: f64 = 1.175_494_4e-38;
 /// The length of three components whose squares are flushed to zero.
 const MIN_LENGTH: f64 = 2e-19;
-/// The largest finite number, and the largest number whose square is finite.
+/// The largest finite number.
 const MAX_FINITE: f64 = f32::MAX as f64;
+/// A length below this has a finite square.
 const MAX_SQUARABLE: f64 = 1e19;
 /// Integers up to this magnitude are exact, with a margin for the last place of the interval's ends.
 const MAX_EXACT_INTEGER: f64 = 16_777_215.5;
@@ -183,9 +184,9 @@ impl RunningError {
     fn highest(self) -> f64 {
         self.value.hi + self.error
     }
-    /// Returns the length of a vector. The sum of squares has a rounding error of `rounding_units` units in
-    /// the last place. The length's propagated error is at most the vector's error; the rules of a sum and a
-    /// root would overestimate it near zero.
+    /// Returns the length of a vector. Its own relative rounding error is `rounding_units` times the unit
+    /// roundoff. The length's propagated error is at most the vector's error; the rules of a sum and a root
+    /// would overestimate it near zero.
     #[inline(always)]
     fn vector_length<const N: usize>(parts: [Self; N], rounding_units: f64) -> Self {
         let squares = parts.map(|part| part.value.square());
@@ -435,7 +436,7 @@ impl Real for RunningError {
         let nearest = |i: Interval| i.lo.max(-i.hi).max(0.0);
         let away = nearest(self.value).hypot(nearest(x.value));
         let input_error = self.error.hypot(x.error);
-        // As seen from the origin, a disc of the radius `off` at the distance `away`.
+        // As seen from the origin, a disc of the radius `input_error` at the distance `away`.
         let propagated = if input_error < away {
             (input_error / away).asin()
         } else if input_error == 0.0 {

@@ -51,7 +51,7 @@ pub struct Settings {
     pub is_plane: bool,
     /// Set if the z axis points up.
     pub z_up: bool,
-    /// Bounding box of the solid for the current parameters, at time 0.
+    /// Bounding box of the solid for the parameters at compile time, at time 0.
     pub bounds: Bounds,
     /// The subject of automatically framed cameras, for the parameters at compile time: the bounded parts
     /// of the solid. `None` if no camera needs it, or if nothing is bounded.

@@ -38,7 +38,8 @@ pub struct WgslLibrary {
 
 impl WgslLibrary {
     /// Returns the text of all functions called so far, operations in the order of the table, and the
-    /// elementary functions that they call. [`WgslLibrary::text_with_prelude`] includes those too.
+    /// functions of the prelude that they call. [`WgslLibrary::text_with_prelude`] includes those
+    /// too.
     pub fn text(&self) -> (String, Vec<&'static str>) {
         let mut calls = self.calls.clone();
         if self.local_normal {
@@ -97,7 +98,8 @@ impl WgslLibrary {
         }
         (text + &bodies, calls.into_iter().collect())
     }
-    /// Returns the text after the elementary functions: complete except for the struct `Surface`.
+    /// Returns the text after the functions of the prelude: complete except for the struct
+    /// `Surface`.
     pub fn text_with_prelude(&self) -> String {
         let (text, calls) = self.text();
         let mut text_with_calls = String::new();

@@ -33,7 +33,7 @@ pub fn field_distance<R: Real>(v: R, inverse_slope: R) -> R {
     v * inverse_slope
 }
 
-/// The smallest logarithm of a power; smaller powers are zero in `f32`.
+/// The smallest logarithm of a power; smaller powers count as this one, which is 1e-30.
 const MIN_LOGARITHM: f64 = -69.0;
 
 /// A safe step of a raw field with a bound on its growth. In a cube of the half side `side` around the
@@ -84,8 +84,8 @@ fn is_number<R: Real>(v: R) -> R::Bool {
     lit::<R>(-1.0).less(v.abs())
 }
 
-/// The correction of an elongated shape inside the gap. There, all points map to the middle, and the result
-/// is the distance to the gap's own sides. If the middle is outside the shape, so is the gap.
+/// The correction of an elongated shape inside the gap. There, all points map to the middle, and the
+/// distance to the gap's own sides is added. If the middle is outside the shape, so is the gap.
 #[inline(always)]
 pub fn elongate_correct<R: Real>(d: R, p: R::Vec3, half: R::Vec3) -> R {
     let depth = lit::<R>(0.0).min((p.abs() - half).max_component());
@@ -97,8 +97,8 @@ pub fn elongate_correct<R: Real>(d: R, p: R::Vec3, half: R::Vec3) -> R {
 ///
 /// The valid neighbourhood of the box contains all paths from there to the shape. So the value is used
 /// unchanged up to the neighbourhood's boundary, where the result is discontinuous. With a tight limit, the
-/// value would be constant near a corner, and its gradient would vanish. No step exceeds `limit`, for
-/// overflowing values and estimated slopes.
+/// value would be constant near a corner, and its gradient would vanish. The shape's own distance counts as
+/// at most `limit`, for overflowing values and estimated slopes.
 #[inline(always)]
 pub fn bounded<R: Real>(
     d: R,

@@ -139,7 +139,7 @@ pub fn twist<R: Real>(p: R::Vec3, rate: R) -> R::Vec3 {
 }
 
 /// Rotates space about the z axis, by `rate` radians per unit of x: a bar along x curls up. Where `rate`·y
-/// reaches one, space overlaps itself, and the shape appears again.
+/// falls to −1, space overlaps itself, and the shape appears again.
 #[inline(always)]
 pub fn bend<R: Real>(p: R::Vec3, rate: R) -> R::Vec3 {
     let turn = (p.x() * rate).named("turn");

@@ -303,7 +303,7 @@ pub fn select<R: Real>(condition: R, a: R, b: R) -> R {
     R::select(c, a, b).mark_discontinuity(c)
 }
 
-/// Gradient noise, between −1 and 1 (except for rare peaks).
+/// Gradient noise, between −1 and 1.
 #[inline(always)]
 pub fn noise<R: Real>(p: R::Vec3, seed: R) -> R {
     R::noise(p, seed)
