@@ -53,7 +53,8 @@ impl<'a> Elaborator<'a> {
         }
         let count = (last - start + 1.0).max(0.0);
         if count.is_nan() || count > MAX_LOOP {
-            let message = format!("this loop has {count} rounds, and at most {MAX_LOOP} are allowed");
+            let message =
+                format!("this loop has {count} rounds, and at most {MAX_LOOP} are allowed");
             let help = "use `repeat` or `polar` for many copies: they cost nothing";
             self.report(Diagnostic::error(codes::E0412, span, message).help(help));
             return None;

@@ -1,6 +1,6 @@
 //! The stages `march` and `polish`: the points at which rays end.
 
-use super::lanes::{RayTask, is_nan, lanes};
+use super::lanes::{ColumnChoice, RayTask, is_nan, lanes};
 use super::{F32x64, LANES, Points};
 use crate::render::ray::{PixelRay, camera_ray, vector};
 use sdfc_shaders::layout::{Beam, FrameUniforms, RayState};
@@ -49,26 +49,31 @@ pub(super) fn initial_side(steps: f32, t: f32, distance: f32, side: f32) -> f32 
 }
 
 /// Takes the step of the ray in a lane of a block with the columns of a march. `$distance` is the field's
-/// value at the ray, and times `$factor` it has a slope of one. `$decide` computes the outcome from the next
-/// state and the outcome by the number of steps.
+/// value at the ray, and times `$factor` it has a slope of one. `$choice` is a [`ColumnChoice`]. `$decide`
+/// computes the outcome from the next state and the outcome by the number of steps.
 macro_rules! step_lane {
     (
-        $frame:expr, $b:ident, $i:ident, $distance:expr, $factor:expr,
+        $frame:expr, $choice:ident, $b:ident, $i:ident, $distance:expr, $factor:expr,
         |$next:ident, $out:ident| $decide:expr
     ) => {{
         let distance: f32 = $distance;
         let t = $b.t.0[$i] + $b.step.0[$i];
         let steps = $b.steps.0[$i] + 1.0;
-        let side = $crate::cpu::march::initial_side($b.steps.0[$i], t, distance, $b.side.0[$i]);
+        let side = $crate::cpu::march::initial_side(
+            $b.steps.0[$i],
+            t,
+            distance,
+            $choice.hide($b.side.0[$i]),
+        );
         let half = camera::half_pixel(t, $frame.footprint, $frame.footprint_growth);
         let threshold = marching::threshold(t, half, $frame.cone, $frame.rounding);
         let $next = marching::march_step(
-            $b.t.0[$i],
-            $b.radius.0[$i],
-            $b.step.0[$i],
-            $b.trend.0[$i],
-            $b.t_before.0[$i],
-            $b.radius_before.0[$i],
+            $choice.hide($b.t.0[$i]),
+            $choice.hide($b.radius.0[$i]),
+            $choice.hide($b.step.0[$i]),
+            $choice.hide($b.trend.0[$i]),
+            $choice.hide($b.t_before.0[$i]),
+            $choice.hide($b.radius_before.0[$i]),
             distance * side * $factor,
             steps,
             threshold,
@@ -185,8 +190,9 @@ impl RayTask for March<'_> {
     #[inline(always)]
     fn advance(&self, b: &mut MarchLanes, values: &F32x64, ended: &mut [bool; LANES]) {
         let f = self.frame;
+        let choice = ColumnChoice::new();
         for i in 0..LANES {
-            step_lane!(f, b, i, values.0[i], 1.0, |next, out| {
+            step_lane!(f, choice, b, i, values.0[i], 1.0, |next, out| {
                 let out = if next.arrived > 0.0 {
                     outcome::HIT
                 } else {
@@ -287,6 +293,7 @@ impl RayTask for Polish<'_> {
 
     #[inline(always)]
     fn advance(&self, b: &mut PolishLanes, values: &F32x64, ended: &mut [bool; LANES]) {
+        let choice = ColumnChoice::new();
         for (i, ended) in ended.iter_mut().enumerate() {
             let distance = values.0[i];
             let is_nan_value = is_nan(distance);
@@ -299,7 +306,7 @@ impl RayTask for Polish<'_> {
                 distance * b.side.0[i],
             );
             // An estimate without a value is not used.
-            let select = |new: f32, old: f32| if is_nan_value { old } else { new };
+            let select = |new: f32, old: f32| choice.choose(!is_nan_value, new, old);
             b.t.0[i] = select(next.t, b.t.0[i]);
             b.field.0[i] = select(next.field, b.field.0[i]);
             b.t_other.0[i] = select(next.t_other, b.t_other.0[i]);

@@ -20,7 +20,7 @@ mod entry;
 mod interval_cull;
 mod roots;
 
-use super::lanes::{Lanes, is_nan, lanes};
+use super::lanes::{ColumnChoice, Lanes, is_nan, lanes};
 use super::leaf_bins::BinnedLeaf;
 use super::march::{outcome, step_lane};
 use super::{AabbLanes, Evaluator, F32x64, LANES, Points, RangeLanes};
@@ -545,9 +545,10 @@ fn advance_body(
     count: usize,
     b: &mut LeafRays,
 ) -> u64 {
+    let choice = ColumnChoice::new();
     for i in 0..whole_chunks(count) {
         let slope = b.slope.0[i];
-        step_lane!(f, b, i, values.0[i], 1.0 / slope, |next, out| {
+        step_lane!(f, choice, b, i, values.0[i], 1.0 / slope, |next, out| {
             let remaining = b.exit_t.0[i] - next.t;
             let decrease_max = b.decrease_max.0[i] / slope;
             // Behind a discontinuity there may be a surface: the ray goes on to the leaf's face, and reads
@@ -575,7 +576,7 @@ fn advance_body(
         let rounding = marching::rounding_at(b.exit_t.0[i], f.rounding);
         let depth = marching::sign_margin(rounding, min_decrease, f.raw);
         let is_certain = under_way & is_even & (radius > 0.0) & (radius + depth < falls);
-        let select = |new: f32, old: f32| if is_certain { new } else { old };
+        let select = |new: f32, old: f32| choice.choose(is_certain, new, old);
         b.outcome.0[i] = select(outcome::HIT, b.outcome.0[i]);
         b.t_before.0[i] = select(b.exit_t.0[i], b.t_before.0[i]);
         let end_value = radius - (min_decrease + max_decrease) * 0.5 * remaining;

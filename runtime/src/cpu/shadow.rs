@@ -3,7 +3,7 @@
 mod candidate_check;
 mod sized;
 
-use super::lanes::{RayTask, any_nonzero, is_nan, lanes, run_streamed};
+use super::lanes::{ColumnChoice, RayTask, any_nonzero, is_nan, lanes, run_streamed};
 use super::tile::Tile;
 use super::{Evaluator, F32x64, LANES, Points};
 use crate::render::ray::vector;
@@ -260,6 +260,7 @@ impl<const FORM: u32> ShadowRays<'_, FORM> {
             low: vector(self.frame.bounds_min),
             high: vector(self.frame.bounds_max),
             max_steps: self.frame.max_shadow_steps as f32,
+            choice: ColumnChoice::new(),
         }
     }
 }
@@ -316,8 +317,14 @@ fn set_direction(b: &mut ShadowLanes, i: usize, direction: V3<f32>) {
 /// Begins the check of a lane's occluder candidate if `begins` is set. With `is_at_end` the ray ends after
 /// the check.
 #[inline(always)]
-fn begin_candidate_check(b: &mut ShadowLanes, i: usize, begins: bool, is_at_end: bool) {
-    let set = |old: f32, new: f32| if begins { new } else { old };
+fn begin_candidate_check(
+    choice: ColumnChoice,
+    b: &mut ShadowLanes,
+    i: usize,
+    begins: bool,
+    is_at_end: bool,
+) {
+    let set = |old: f32, new: f32| choice.choose(begins, new, old);
     b.phase.0[i] = set(b.phase.0[i], 1.0);
     b.round.0[i] = set(b.round.0[i], 0.0);
     b.offset_x.0[i] = set(b.offset_x.0[i], 0.0);
@@ -344,6 +351,7 @@ struct LightParams<const FORM: u32> {
     high: V3<f32>,
     /// Maximum number of evaluations of a ray.
     max_steps: f32,
+    choice: ColumnChoice,
 }
 
 impl<const FORM: u32> LightParams<FORM> {
@@ -381,7 +389,7 @@ impl<const FORM: u32> LightParams<FORM> {
         } else {
             next
         };
-        let keep = |old: f32, new: f32| if goes_back { old } else { new };
+        let keep = |old: f32, new: f32| self.choice.choose(!goes_back, new, old);
         b.t.0[i] = t + next;
         b.field_before.0[i] = keep(b.field_before.0[i], h);
         b.step.0[i] = if goes_back { back_step } else { next };
@@ -395,15 +403,15 @@ impl<const FORM: u32> LightParams<FORM> {
         let is_inside = (h < -sign_margin) & !goes_back;
         let is_candidate =
             (shadow::is_candidate(sample_visibility, b.last_visibility.0[i], v) > 0.0) & !goes_back;
-        let if_candidate = |old: f32, new: f32| if is_candidate { new } else { old };
+        let if_candidate = |old: f32, new: f32| self.choice.choose(is_candidate, new, old);
         b.candidate_t.0[i] = if_candidate(b.candidate_t.0[i], t);
         b.value.0[i] = if_candidate(b.value.0[i], h);
         b.last_visibility.0[i] = keep(b.last_visibility.0[i], sample_visibility);
         let is_maximum_passed = (!is_candidate | is_at_end) & !goes_back;
         let has_candidate = b.candidate_t.0[i] > 0.0;
         let begins = is_maximum_passed & has_candidate & !out_of_steps & !is_inside;
-        begin_candidate_check(b, i, begins, is_at_end);
-        b.visibility.0[i] = if is_inside { 0.0 } else { v };
+        begin_candidate_check(self.choice, b, i, begins, is_at_end);
+        b.visibility.0[i] = self.choice.choose(is_inside, 0.0, v);
         !goes_back & (is_inside | (is_at_end & !begins) | is_nan_value)
     }
 }

@@ -1,7 +1,7 @@
 //! Checks of occluder candidates at taps: whether a surface is as near as the field says, by the phases of
 //! [`candidate`].
 
-use super::super::lanes::{RayTask, is_nan, lanes, run_streamed};
+use super::super::lanes::{ColumnChoice, RayTask, is_nan, lanes, run_streamed};
 use super::super::{Evaluator, F32x64, LANES, Points, Query};
 use super::OcclusionTap;
 use crate::cells::Aabb;
@@ -138,6 +138,7 @@ impl RayTask for CandidateChecks<'_> {
 
     #[inline(always)]
     fn advance(&self, b: &mut CheckLanes, values: &F32x64, ended: &mut [bool; LANES]) {
+        let choice = ColumnChoice::new();
         for (i, ended) in ended.iter_mut().enumerate() {
             let field = values.0[i] * b.side.0[i];
             let (phase, value, limit) = (b.phase.0[i], b.value.0[i], b.limit.0[i]);
@@ -168,30 +169,18 @@ impl RayTask for CandidateChecks<'_> {
             } else {
                 distance
             };
-            let kept_gradient = if is_overshot {
-                gradient
-            } else {
-                V3::splat(0.0)
+            let gradient_part = |new: f32, old: f32| {
+                let kept = choice.choose(!is_overshot, 0.0, old);
+                choice.choose(is_tap, new, kept)
             };
-            b.gradient_x.0[i] = if is_tap {
-                new_gradient.x
-            } else {
-                kept_gradient.x
-            };
-            b.gradient_y.0[i] = if is_tap {
-                new_gradient.y
-            } else {
-                kept_gradient.y
-            };
-            b.gradient_z.0[i] = if is_tap {
-                new_gradient.z
-            } else {
-                kept_gradient.z
-            };
-            b.offset_x.0[i] = if is_repeat { next.x } else { offset.x };
-            b.offset_y.0[i] = if is_repeat { next.y } else { offset.y };
-            b.offset_z.0[i] = if is_repeat { next.z } else { offset.z };
-            b.value.0[i] = if is_repeat { restart_value } else { value };
+            b.gradient_x.0[i] = gradient_part(new_gradient.x, gradient.x);
+            b.gradient_y.0[i] = gradient_part(new_gradient.y, gradient.y);
+            b.gradient_z.0[i] = gradient_part(new_gradient.z, gradient.z);
+            let if_repeat = |new: f32, old: f32| choice.choose(is_repeat, new, old);
+            b.offset_x.0[i] = if_repeat(next.x, offset.x);
+            b.offset_y.0[i] = if_repeat(next.y, offset.y);
+            b.offset_z.0[i] = if_repeat(next.z, offset.z);
+            b.value.0[i] = if_repeat(restart_value, value);
             b.round.0[i] += if is_repeat { 1.0 } else { 0.0 };
             b.phase.0[i] = if is_tap | is_overshot {
                 phase + 1.0

@@ -3,6 +3,7 @@
 
 use super::{LeafRays, Packet};
 use crate::cells::{Aabb, Cell};
+use crate::cpu::lanes::ColumnChoice;
 use crate::cpu::march::initial_side;
 use crate::cpu::{F32x64, LANES, Points};
 use crate::render::ray::{camera_ray, vector};
@@ -215,6 +216,7 @@ multiversion! {
 #[inline(always)]
 fn cull_entered_body(f: &FrameUniforms, cell: &Cell, values: &F32x64, p: &mut Packet) -> u64 {
     let mut culled = [false; LANES];
+    let choice = ColumnChoice::new();
     for (i, culled) in culled.iter_mut().enumerate() {
         let direction = [p.direction_x.0[i], p.direction_y.0[i], p.direction_z.0[i]];
         let bounds = directional_bounds(cell, direction, p.side.0[i]);
@@ -234,7 +236,7 @@ fn cull_entered_body(f: &FrameUniforms, cell: &Cell, values: &F32x64, p: &mut Pa
         let crosses = p.entry_t.0[i] <= p.exit_t.0[i];
         *culled = crosses & is_through & is_apart;
         let clear_radius = radius * bounds.slope;
-        let select = |new: f32, old: f32| if *culled { new } else { old };
+        let select = |new: f32, old: f32| choice.choose(*culled, new, old);
         p.steps.0[i] = select(p.steps.0[i] + 1.0, p.steps.0[i]);
         p.side.0[i] = select(side, p.side.0[i]);
         // The sphere around that point is empty beyond the leaf, too.

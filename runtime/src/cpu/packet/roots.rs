@@ -1,7 +1,7 @@
 //! Secant refinement of the hits in a leaf.
 
 use super::{Roots, whole_chunks};
-use crate::cpu::lanes::is_nan;
+use crate::cpu::lanes::{ColumnChoice, is_nan};
 use crate::cpu::{F32x64, Points};
 use sdfc_shaders::camera;
 use sdfc_shaders::layout::FrameUniforms;
@@ -69,6 +69,7 @@ multiversion! {
 
 #[inline(always)]
 fn refine_roots_body(f: &FrameUniforms, values: &F32x64, count: usize, b: &mut Roots) {
+    let choice = ColumnChoice::new();
     for i in 0..whole_chunks(count) {
         let factor = 1.0 / b.slope.0[i];
         let field = values.0[i] * b.side.0[i] * factor;
@@ -82,17 +83,10 @@ fn refine_roots_body(f: &FrameUniforms, values: &F32x64, count: usize, b: &mut R
         );
         // Settled roots stay, and an estimate without a value is not used.
         let keeps_old = is_settled(f, b, i) | is_nan(field);
-        b.t_other.0[i] = if keeps_old {
-            b.t_other.0[i]
-        } else {
-            best.t_other
-        };
-        b.field_other.0[i] = if keeps_old {
-            b.field_other.0[i]
-        } else {
-            best.field_other
-        };
-        b.t.0[i] = if keeps_old { b.t.0[i] } else { best.t };
-        b.field.0[i] = if keeps_old { b.field.0[i] } else { best.field };
+        let set = |old: f32, new: f32| choice.choose(!keeps_old, new, old);
+        b.t_other.0[i] = set(b.t_other.0[i], best.t_other);
+        b.field_other.0[i] = set(b.field_other.0[i], best.field_other);
+        b.t.0[i] = set(b.t.0[i], best.t);
+        b.field.0[i] = set(b.field.0[i], best.field);
     }
 }

@@ -2,7 +2,7 @@
 //! [`candidate`].
 
 use super::{
-    LightParams, SIZED, ShadowLanes, lane_axis, lane_direction, lane_gradient, lane_offset,
+    F32x64, LightParams, SIZED, ShadowLanes, lane_axis, lane_direction, lane_gradient, lane_offset,
     lane_size, round_point,
 };
 use sdfc_shaders::{candidate, shadow};
@@ -14,7 +14,8 @@ impl<const FORM: u32> LightParams<FORM> {
     /// and whether it is done after the check.
     #[inline(always)]
     pub(super) fn step_check(self, b: &mut ShadowLanes, i: usize, field: f32) -> (bool, bool) {
-        let (phase, value) = (b.phase.0[i], b.value.0[i]);
+        let hidden = |column: &F32x64| self.choice.hide(column.0[i]);
+        let (phase, value) = (hidden(&b.phase), hidden(&b.value));
         let out_of_steps = b.steps.0[i] >= self.max_steps;
         let size = lane_size::<FORM>(b, i, self.size);
         let (point, offset, gradient) = (round_point(b, i), lane_offset(b, i), lane_gradient(b, i));
@@ -43,7 +44,7 @@ impl<const FORM: u32> LightParams<FORM> {
         let is_misled = is_found & (b.round.0[i] > 0.0);
 
         let surface_offset = candidate::surface_offset::<f32>(offset, next, value, field);
-        let (t, v) = (b.candidate_t.0[i], b.visibility.0[i]);
+        let (t, v) = (hidden(&b.candidate_t), hidden(&b.visibility));
         let direction = lane_direction(b, i);
         // At the light, not at the exit from the bounds: light does not depend on these.
         let light_t = b.light_t.0[i];
@@ -65,8 +66,9 @@ impl<const FORM: u32> LightParams<FORM> {
         } else {
             (visibility, light_t)
         };
-        b.visibility.0[i] = if is_found { visibility } else { v };
-        let (round, moves) = (b.round.0[i], b.moves.0[i]);
+        let choose = |changes: bool, new: f32, old: f32| self.choice.choose(changes, new, old);
+        b.visibility.0[i] = choose(is_found, visibility, v);
+        let (round, moves) = (hidden(&b.round), hidden(&b.moves));
         let moved_t = shadow::moved_candidate_t::<f32>(
             surface_offset,
             gradient,
@@ -93,39 +95,24 @@ impl<const FORM: u32> LightParams<FORM> {
         let is_restart = is_finished | is_returning;
 
         let restart_value = candidate::restart_value::<f32>(field);
-        let kept_value = if is_repeat { restart_value } else { value };
+        let kept_value = choose(is_repeat, restart_value, value);
         let start_value = if is_aside { restart_value } else { field };
-        b.value.0[i] = if is_start { start_value } else { kept_value };
+        b.value.0[i] = choose(is_start, start_value, kept_value);
         let zero = V3::splat(0.0);
-        let kept_gradient = if is_repeat | is_moving | is_restart {
-            zero
-        } else {
-            gradient
-        };
-        b.gradient_x.0[i] = if is_tap {
-            new_gradient.x
-        } else {
-            kept_gradient.x
-        };
-        b.gradient_y.0[i] = if is_tap {
-            new_gradient.y
-        } else {
-            kept_gradient.y
-        };
-        b.gradient_z.0[i] = if is_tap {
-            new_gradient.z
-        } else {
-            kept_gradient.z
-        };
+        let forgets = is_repeat | is_moving | is_restart;
+        let gradient_part = |new: f32, old: f32| choose(is_tap, new, choose(forgets, 0.0, old));
+        b.gradient_x.0[i] = gradient_part(new_gradient.x, gradient.x);
+        b.gradient_y.0[i] = gradient_part(new_gradient.y, gradient.y);
+        b.gradient_z.0[i] = gradient_part(new_gradient.z, gradient.z);
         let kept_offset = if is_moving | is_restart { zero } else { offset };
         let kept_offset = if is_moving_aside {
             plane_offset
         } else {
             kept_offset
         };
-        b.offset_x.0[i] = if is_repeat { next.x } else { kept_offset.x };
-        b.offset_y.0[i] = if is_repeat { next.y } else { kept_offset.y };
-        b.offset_z.0[i] = if is_repeat { next.z } else { kept_offset.z };
+        b.offset_x.0[i] = choose(is_repeat, next.x, kept_offset.x);
+        b.offset_y.0[i] = choose(is_repeat, next.y, kept_offset.y);
+        b.offset_z.0[i] = choose(is_repeat, next.z, kept_offset.z);
         let next_phase = if is_tap | is_overshot {
             phase + 1.0
         } else {
@@ -142,7 +129,7 @@ impl<const FORM: u32> LightParams<FORM> {
             next_phase
         };
         b.phase.0[i] = if is_finished { 0.0 } else { next_phase };
-        let round = b.round.0[i] + if is_repeat { 1.0 } else { 0.0 };
+        let round = round + if is_repeat { 1.0 } else { 0.0 };
         let round = if is_restart { 0.0 } else { round };
         b.round.0[i] = if is_moving_aside { 1.0 } else { round };
         let kept_moves = if is_moving | is_returning {
@@ -151,21 +138,17 @@ impl<const FORM: u32> LightParams<FORM> {
             moves
         };
         b.moves.0[i] = if is_finished { 0.0 } else { kept_moves };
-        let kept_t = if is_returning { earlier_t } else { t };
-        let kept_t = if is_moving { moved_t } else { kept_t };
-        b.candidate_t.0[i] = if is_finished {
-            shadow::NO_CANDIDATE
-        } else {
-            kept_t
-        };
+        let kept_t = choose(is_returning, earlier_t, t);
+        let kept_t = choose(is_moving, moved_t, kept_t);
+        b.candidate_t.0[i] = choose(is_finished, shadow::NO_CANDIDATE, kept_t);
         // Where the field led nowhere, or by a detour, the next point may be a candidate that is farther
         // away.
         let lost_track = is_done & (!is_found | is_misled);
-        b.last_visibility.0[i] = if lost_track {
-            shadow::NO_LAST_VISIBILITY
-        } else {
-            b.last_visibility.0[i]
-        };
+        b.last_visibility.0[i] = choose(
+            lost_track,
+            shadow::NO_LAST_VISIBILITY,
+            b.last_visibility.0[i],
+        );
         let is_last = is_finished & ((b.ends_after_check.0[i] > 0.0) | is_dark | out_of_steps);
         (!is_finished & out_of_steps, is_last)
     }

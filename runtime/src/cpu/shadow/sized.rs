@@ -66,32 +66,21 @@ impl<const FORM: u32> LightParams<FORM> {
         let is_passed = (back_step > 0.0) & (number != shadow::INSIDE_RAY_NUMBER) & !out_of_steps;
         let goes_back = is_running & is_passed;
         let is_running = is_running & !is_passed;
-        let next_t = if is_running { t + next } else { t };
-        b.t.0[i] = if goes_back {
-            t + back_step - b.step.0[i]
-        } else {
-            next_t
-        };
-        let step = if goes_back { back_step } else { b.step.0[i] };
-        b.step.0[i] = if is_running { next } else { step };
-        let slope_before = if goes_back { 0.0 } else { b.slope_before.0[i] };
-        b.slope_before.0[i] = if is_running { slope } else { slope_before };
-        b.field_before.0[i] = if is_running { h } else { b.field_before.0[i] };
+        let next_t = self.choice.choose(is_running, t + next, t);
+        let choose = |changes: bool, new: f32, old: f32| self.choice.choose(changes, new, old);
+        b.t.0[i] = choose(goes_back, t + back_step - b.step.0[i], next_t);
+        let step = choose(goes_back, back_step, b.step.0[i]);
+        b.step.0[i] = choose(is_running, next, step);
+        let slope_before = choose(goes_back, 0.0, b.slope_before.0[i]);
+        b.slope_before.0[i] = choose(is_running, slope, slope_before);
+        b.field_before.0[i] = choose(is_running, h, b.field_before.0[i]);
 
         let is_running = is_running & !is_measuring;
         let sample_visibility = shadow::visibility_at(h, t, size);
         let enters_solid = is_running & is_inside & (number < 1.0);
-        let new_number = if enters_solid {
-            shadow::INSIDE_RAY_NUMBER
-        } else {
-            number
-        };
+        let new_number = choose(enters_solid, shadow::INSIDE_RAY_NUMBER, number);
         b.number.0[i] = new_number;
-        let kept_t = if enters_solid {
-            shadow::NO_CANDIDATE
-        } else {
-            b.candidate_t.0[i]
-        };
+        let kept_t = choose(enters_solid, shadow::NO_CANDIDATE, b.candidate_t.0[i]);
         let is_over = is_over | (enters_solid & (sample_visibility <= -1.0));
         let is_running = is_running & !(enters_solid & ((sample_visibility <= -1.0) | !is_at_end));
         let is_blocked = is_running & (is_inside | (new_number == shadow::INSIDE_RAY_NUMBER));
@@ -99,21 +88,17 @@ impl<const FORM: u32> LightParams<FORM> {
 
         let clear_t = shadow::clear_until(b.clear_t.0[i], h, t, size);
         let is_central = is_running & (number == 0.0);
-        b.clear_t.0[i] = if is_central { clear_t } else { b.clear_t.0[i] };
+        b.clear_t.0[i] = choose(is_central, clear_t, b.clear_t.0[i]);
         let bound = shadow::candidate_bound(b.visibility.0[i], number);
         let is_candidate = is_running
             & (shadow::is_candidate(sample_visibility, b.last_visibility.0[i], bound) > 0.0);
-        b.last_visibility.0[i] = if is_running {
-            sample_visibility
-        } else {
-            b.last_visibility.0[i]
-        };
-        let candidate_t = if is_candidate { t } else { kept_t };
+        b.last_visibility.0[i] = choose(is_running, sample_visibility, b.last_visibility.0[i]);
+        let candidate_t = choose(is_candidate, t, kept_t);
         b.candidate_t.0[i] = candidate_t;
-        b.value.0[i] = if is_candidate { h } else { b.value.0[i] };
+        b.value.0[i] = choose(is_candidate, h, b.value.0[i]);
         let begins_check =
             is_running & (!is_candidate | is_at_end) & (candidate_t > 0.0) & !out_of_steps;
-        begin_candidate_check(b, i, begins_check, is_at_end);
+        begin_candidate_check(self.choice, b, i, begins_check, is_at_end);
         let is_ended = is_running & !begins_check & is_at_end;
         let visibility = if is_blocked { -1.0 } else { b.visibility.0[i] };
         let amount = if begins_rim_ray {
