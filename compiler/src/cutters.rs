@@ -11,6 +11,7 @@
 //! (`sloping` for solids, `polygon` for polygons). A face that depends on live parameters is moved if the
 //! body's outermost face depends on them in the same way (`live`).
 
+mod convex;
 mod cover;
 mod free_space;
 mod half_spaces;

@@ -3,6 +3,7 @@
 //! The hull of two cross sections lies in a convex cutter that contains their corners. A cutter with the same
 //! profile as the part, and coinciding walls, covers everything between its own flat faces.
 
+use super::convex::is_convex;
 use super::free_space::{GrowingPart, max_coordinate};
 use super::mapped::{MappedRange, frame_rows, half_plane_rows, is_round};
 use super::regions::{FrameMap, Region};
@@ -230,79 +231,6 @@ fn convex_parts(
         _ if is_convex(scene, id) => parts.push((id, *rows)),
         _ => {}
     }
-}
-
-/// Reports whether a shape is convex. Recursion as above.
-fn is_convex(scene: &Scene, id: ShapeId) -> bool {
-    match &scene.shapes[id.0 as usize].kind {
-        ShapeKind::Painted { child, .. }
-        | ShapeKind::Frame { child, .. }
-        | ShapeKind::Distance {
-            op: Op::Extrude | Op::RoundedExtrude,
-            child,
-            ..
-        } => is_convex(scene, *child),
-        ShapeKind::Combine {
-            op: Op::Intersection,
-            children,
-            ..
-        } => children.iter().all(|&child| is_convex(scene, child)),
-        ShapeKind::Polygon { .. } => {
-            super::section::corners(scene, id).is_some_and(|corners| is_convex_polygon(&corners))
-        }
-        ShapeKind::Primitive { op, .. } => is_convex_op(*op),
-        _ => false,
-    }
-}
-
-/// Reports whether the solids of an operation are convex.
-pub(super) fn is_convex_op(op: Op) -> bool {
-    matches!(
-        op,
-        Op::Sphere
-            | Op::Cuboid
-            | Op::RoundedCuboid
-            | Op::Capsule
-            | Op::CapsuleBetween
-            | Op::Cylinder
-            | Op::RoundedCylinder
-            | Op::CylinderBetween
-            | Op::Cone
-            | Op::RoundedCone
-            | Op::RoundCone
-            | Op::Ellipsoid
-            | Op::Plane
-            | Op::Slab
-            | Op::Prism
-            | Op::Octahedron
-            | Op::Tetrahedron
-            | Op::Pyramid
-            | Op::Circle
-            | Op::Rect
-            | Op::RoundedRect
-            | Op::Segment
-            | Op::Ngon
-    )
-}
-
-/// Reports whether a polygon turns in one direction at all corners, with winding number ±1.
-fn is_convex_polygon(corners: &[[f64; 2]]) -> bool {
-    let count = corners.len();
-    let edge = |index: usize| {
-        let ([ax, ay], [bx, by]) = (corners[index % count], corners[(index + 1) % count]);
-        [bx - ax, by - ay]
-    };
-    let exterior_angle = |index: usize| {
-        let ([ax, ay], [bx, by]) = (edge(index), edge(index + 1));
-        (ax * by - ay * bx).atan2(ax * bx + ay * by)
-    };
-    let angles: Vec<f64> = (0..count).map(exterior_angle).collect();
-    let sum: f64 = angles.iter().sum();
-    let is_once = (sum.abs() - std::f64::consts::TAU).abs() < 1e-6;
-    is_once
-        && angles
-            .iter()
-            .all(|exterior_angle| exterior_angle * sum >= -TOUCH_TOLERANCE)
 }
 
 /// Reports whether a map is a translation along an axis.

@@ -4,7 +4,7 @@
 //! two rotations cancel. Solids of revolution about the axis of a ring are evaluated in its half plane, where
 //! their walls are straight.
 
-use super::cover::is_convex_op;
+use super::convex::is_convex_op;
 use super::section::{corners, transform_point};
 use super::{AffineRows, IDENTITY, TOUCH_TOLERANCE, compose};
 use crate::bounds::{SceneRef, inverse};
