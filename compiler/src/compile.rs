@@ -4,11 +4,11 @@ use crate::bounds::{SceneRef, ShapeBounds};
 use crate::cutters::extend_cutters_with_bounds;
 use crate::distribute::distribute_maps;
 use crate::expression::{ExprId, ParamId, Stage};
-use crate::graph::{Graph, GraphNode, GraphNumber};
-use crate::lower::{Purpose, channel_numbers, lower, lower_leaf_ids};
+use crate::graph::{Graph, GraphNode, GraphNumber, Purpose};
+use crate::leaves::LeafTracker;
+use crate::lower::{lower, lower_leaf_ids};
 use crate::passes::lod::LodTarget;
 use crate::passes::{Context, PassOptions, PassReport, optimize};
-use crate::provenance::LeafTracker;
 use crate::scene::{MaterialId, Scene, ShapeId, ShapeKind};
 use crate::schedule::schedule;
 use crate::seams::SeamSearch;
@@ -366,7 +366,7 @@ fn materials(scene: &Scene, root: ShapeId) -> (usize, MaterialId) {
             let material = &scene.materials[id.0 as usize];
             let uniform = |number: ExprId| scene.expressions.stage(number) <= Stage::Uniform;
             is_constant &=
-                material.bump.is_none() && channel_numbers(material).into_iter().all(uniform);
+                material.bump.is_none() && material.channel_numbers().into_iter().all(uniform);
             if !found_materials.contains(&id) {
                 found_materials.push(id);
             }
@@ -415,7 +415,9 @@ fn build_settings(
             message: check.message.clone(),
         })
         .collect();
-    let material = channel_numbers(&scene.materials[fallback.0 as usize]).map(&mut setting);
+    let material = scene.materials[fallback.0 as usize]
+        .channel_numbers()
+        .map(&mut setting);
     let params = scene
         .params
         .iter()

@@ -233,6 +233,17 @@ pub struct Origin {
     pub span: Option<Span>,
 }
 
+/// Purpose of a graph.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Purpose {
+    /// The distance only.
+    Distance,
+    /// The distance and the material.
+    Surface,
+    /// The distance and the leaf that determines it.
+    LeafIds,
+}
+
 /// The graph of a scene.
 #[derive(Clone, Debug, Default)]
 pub struct Graph {

@@ -16,6 +16,7 @@ pub mod expression;
 mod extent;
 mod formula;
 pub mod graph;
+mod leaves;
 pub mod lower;
 pub mod open;
 pub mod passes;

@@ -18,9 +18,9 @@ mod step;
 
 use crate::bounds::{SceneRef, ShapeBounds};
 use crate::expression::{ExprId, Expression, Expressions};
-use crate::graph::{Graph, GraphNode, GraphNumber, NodeId, Origin};
-use crate::provenance::LeafTracker;
-use crate::scene::{Material, MaterialId, NO_EDGE, NOWHERE, Scene, ShapeId, ShapeKind};
+use crate::graph::{Graph, GraphNode, GraphNumber, NodeId, Origin, Purpose};
+use crate::leaves::LeafTracker;
+use crate::scene::{MaterialId, NO_EDGE, NOWHERE, Scene, ShapeId, ShapeKind};
 use crate::slope::ShapeSlopes;
 use crate::uniforms::{Uniforms, operands_first};
 use paint::Coverage;
@@ -73,17 +73,6 @@ enum ValueUse {
     Written,
     /// A safe step towards the surface, with the shape's sign: its slope is at most one.
     Step,
-}
-
-/// Purpose of a graph.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Purpose {
-    /// The distance only.
-    Distance,
-    /// The distance and the material.
-    Surface,
-    /// The distance and the leaf that determines it.
-    LeafIds,
 }
 
 /// Lowers a shape of the scene, and collects the uniform numbers that it reads in `uniforms`. `boxes`
@@ -620,7 +609,7 @@ impl Lowering<'_> {
         let material = self.scene.materials[id.0 as usize].clone();
         let mut constants = [GraphNumber::Constant(0.0); 12];
         let mut channels = Vec::new();
-        for (channel, &number) in channel_numbers(&material).iter().enumerate() {
+        for (channel, &number) in material.channel_numbers().iter().enumerate() {
             if self.scene.expressions.stage(number) <= crate::expression::Stage::Uniform {
                 constants[channel] = self.number(number);
             } else {
@@ -699,12 +688,6 @@ fn material_sets(scene: &Scene) -> Vec<MaterialSet> {
         });
     }
     sets
-}
-
-/// Returns a material's numbers in the order of the channels.
-pub fn channel_numbers(material: &Material) -> [ExprId; 8] {
-    let ([r, g, b], [er, eg, eb]) = (material.albedo, material.emission);
-    [r, g, b, material.roughness, er, eg, eb, material.metallic]
 }
 
 /// Returns `inner` after `outer`: 3×4 matrices by rows.

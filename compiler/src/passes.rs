@@ -6,22 +6,11 @@ pub mod dead;
 pub mod fold;
 pub mod lipschitz;
 pub mod lod;
+mod pass;
 
-use crate::graph::{Graph, GraphNode, NodeId};
-use crate::lower::Purpose;
-use lod::{LodReport, LodTarget};
-
-/// An optimizer pass.
-#[derive(Clone, Copy, Debug)]
-pub struct Pass {
-    /// Name by which it is disabled.
-    pub name: &'static str,
-    /// Summary in one line.
-    pub summary: &'static str,
-    /// Set if it runs only with an [`LodTarget`].
-    pub needs_lod_target: bool,
-    run: fn(&Graph, &Context) -> PassOutput,
-}
+use crate::graph::Graph;
+use lod::LodReport;
+pub use pass::{Context, Pass, PassOutput};
 
 /// All passes, in the order in which they run.
 pub const PASSES: [Pass; 6] = [
@@ -62,26 +51,6 @@ pub const PASSES: [Pass; 6] = [
         run: dead::dead,
     },
 ];
-
-/// Inputs of a pass besides the graph.
-#[derive(Clone, Copy, Debug)]
-pub struct Context {
-    /// Purpose of the graph.
-    pub purpose: Purpose,
-    /// View for which detail that is too small to be visible may be simplified.
-    pub lod_target: Option<LodTarget>,
-}
-
-/// Output of a pass: a graph, and a report in the pass's own terms.
-#[derive(Clone, Debug, Default)]
-pub struct PassOutput {
-    /// New graph.
-    pub graph: Graph,
-    /// Changes that were made, with their counts.
-    pub notes: Vec<String>,
-    /// Error introduced by the pass, if it may change the value.
-    pub lod_report: Option<LodReport>,
-}
 
 /// Selection of passes.
 #[derive(Clone, Debug, Default)]
@@ -133,39 +102,4 @@ pub fn optimize(
         reports.push(report);
     }
     (graph, reports)
-}
-
-/// Copies the graph through `rewrite`. It maps each node that the root uses to a node of the new graph.
-/// Its arguments are that graph, the old id, and the node with its inputs replaced.
-fn rewrite_graph(
-    graph: &Graph,
-    mut rewrite: impl FnMut(&mut Graph, NodeId, GraphNode) -> NodeId,
-) -> Graph {
-    let mut result = Graph::default();
-    let uses = graph.uses();
-    let mut new_ids = vec![NodeId::default(); graph.len()];
-    // The world's point stays the first node.
-    result.add(GraphNode::World);
-    for (id, node) in graph.nodes() {
-        if uses[id.0 as usize] == 0 {
-            continue;
-        }
-        let node = node.with_inputs(|input| new_ids[input.0 as usize]);
-        let new = rewrite(&mut result, id, node);
-        if let Some(origin) = graph.origin(id) {
-            result.set_origin(new, origin.clone());
-        }
-        new_ids[id.0 as usize] = new;
-    }
-    result.root = new_ids[graph.root.0 as usize];
-    result
-}
-
-/// Returns "3 guards", "1 guard"; `None` for zero.
-fn plural(count: usize, one: &str, many: &str) -> Option<String> {
-    match count {
-        0 => None,
-        1 => Some(format!("1 {one}")),
-        _ => Some(format!("{count} {many}")),
-    }
 }

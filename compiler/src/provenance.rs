@@ -7,17 +7,15 @@
 //! weight. On the face of a cut it is the tool. The distance is that of the scene, in every bit. It has
 //! the same parameters, so an engine can be updated to their current values as for the scene itself.
 //!
-//! A leaf is one *occurrence* of a primitive, a raw field or a polygon: copies that a loop makes, or a
-//! shape that is used twice, are separate leaves with the same span. Copies that space itself makes
-//! (`repeat`, `polar`, `mirror`) are one leaf.
-//!
-//! Leaf numbers are `f32` values, which are exact up to 2²⁴. A program has at most
+//! Numbers of leaves ([`Leaf`]) are `f32` values, which are exact up to 2²⁴. A program has at most
 //! [`MAX_INSTRUCTIONS`](sdfc_vm::program::MAX_INSTRUCTIONS), at least two per leaf, so a scene with
 //! more leaves is refused earlier.
 
 use crate::compile::{Compiled, Options, compile_with};
-use crate::scene::{Scene, Shape, ShapeKind};
-use sdfc_lang::{Diagnostic, Span};
+pub use crate::leaves::Leaf;
+use crate::leaves::LeafTracker;
+use crate::scene::Scene;
+use sdfc_lang::Diagnostic;
 
 /// Scene whose materials are its leaves.
 #[derive(Clone, Debug)]
@@ -29,17 +27,6 @@ pub struct Provenance {
     pub leaves: Vec<Leaf>,
     /// Enclosing shapes of leaves, one per occurrence.
     enclosing: Vec<Leaf>,
-}
-
-/// One occurrence of a shape.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Leaf {
-    /// Name in the text; empty if none.
-    pub name: String,
-    /// Text that made it.
-    pub span: Span,
-    /// Index of the enclosing shape.
-    parent: Option<u32>,
 }
 
 /// Compiles a scene for its leaves. There is no result if a diagnostic is an error. The warnings are
@@ -88,63 +75,5 @@ impl Provenance {
     pub fn name<'o>(&'o self, leaf: &'o Leaf) -> &'o str {
         let mut names = self.chain(leaf).map(|leaf| leaf.name.as_str());
         names.find(|name| !name.is_empty()).unwrap_or("")
-    }
-}
-
-/// Leaves found while traversing a scene's shapes, and the current position.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct LeafTracker {
-    leaves: Vec<Leaf>,
-    enclosing: Vec<Leaf>,
-    current: Option<u32>,
-}
-
-impl LeafTracker {
-    /// Enters a shape; returns the enclosing one, for [`LeafTracker::leave`].
-    pub(crate) fn enter(&mut self, shape: &Shape) -> Option<u32> {
-        let outer = self.current;
-        if !is_leaf(shape) {
-            self.enclosing.push(self.new_leaf(shape));
-            self.current = Some(self.enclosing.len() as u32 - 1);
-        }
-        outer
-    }
-
-    /// Leaves a shape, to the enclosing one.
-    pub(crate) fn leave(&mut self, outer: Option<u32>) {
-        self.current = outer;
-    }
-
-    /// Returns the next leaf number for a shape that is a leaf.
-    pub(crate) fn number(&mut self, shape: &Shape) -> Option<u32> {
-        is_leaf(shape).then(|| {
-            self.leaves.push(self.new_leaf(shape));
-            self.leaves.len() as u32
-        })
-    }
-
-    fn new_leaf(&self, shape: &Shape) -> Leaf {
-        Leaf {
-            name: shape.name.clone(),
-            span: shape.span,
-            parent: self.current,
-        }
-    }
-}
-
-/// Reports whether a shape has no operands.
-fn is_leaf(shape: &Shape) -> bool {
-    match shape.kind {
-        ShapeKind::Primitive { .. } | ShapeKind::Field { .. } | ShapeKind::Polygon { .. } => true,
-        ShapeKind::Combine { .. }
-        | ShapeKind::Frame { .. }
-        | ShapeKind::Repeat { .. }
-        | ShapeKind::Polar { .. }
-        | ShapeKind::Domain { .. }
-        | ShapeKind::Warp { .. }
-        | ShapeKind::Distance { .. }
-        | ShapeKind::Displace { .. }
-        | ShapeKind::Painted { .. }
-        | ShapeKind::Nothing => false,
     }
 }

@@ -310,6 +310,14 @@ pub struct Material {
     pub bump: Option<ExprId>,
 }
 
+impl Material {
+    /// Returns its numbers in the order of the channels.
+    pub fn channel_numbers(&self) -> [ExprId; 8] {
+        let ([r, g, b], [er, eg, eb]) = (self.albedo, self.emission);
+        [r, g, b, self.roughness, er, eg, eb, self.metallic]
+    }
+}
+
 /// A camera. All numbers are uniform.
 pub type SceneCamera = settings::Camera<ExprId>;
 

@@ -7,7 +7,8 @@
 //! solid continues.
 
 use crate::bounds::{SceneRef, ShapeBounds};
-use crate::lower::{Purpose, lower};
+use crate::graph::Purpose;
+use crate::lower::lower;
 use crate::scene::{Scene, ShapeId, ShapeKind, children};
 use crate::schedule::schedule;
 use crate::slope::ShapeSlopes;

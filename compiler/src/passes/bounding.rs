@@ -17,9 +17,8 @@ mod bvh;
 pub(super) mod influence;
 pub(super) mod operands;
 
-use super::{Context, PassOutput, plural};
-use crate::graph::{Graph, GraphChainStep, GraphNode, GraphNumber, Guard, NodeId};
-use crate::lower::Purpose;
+use super::pass::{Context, PassOutput, plural, rewrite_graph};
+use crate::graph::{Graph, GraphChainStep, GraphNode, GraphNumber, Guard, NodeId, Purpose};
 use bvh::{BvhBuilder, BvhLeaf, ChainStep};
 use influence::{InfluenceBoxes, NodeInfluenceBox};
 use operands::{ChainOperands, OperandChain};
@@ -59,7 +58,7 @@ pub fn bounding(graph: &Graph, context: &Context) -> PassOutput {
     }
     let (mut guards, mut guarded) = (0, 0);
     let mut new_ids = vec![NodeId::default(); graph.len()];
-    let graph = super::rewrite_graph(graph, |to, id, node| {
+    let graph = rewrite_graph(graph, |to, id, node| {
         let node = match plans.get(&id) {
             Some(plan) => {
                 guards += plan.guards();

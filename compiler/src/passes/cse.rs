@@ -6,15 +6,14 @@
 //! Sums, products, minima and maxima commute. So do blends, except where they carry materials: of two
 //! equally near operands the first one counts.
 
-use super::{Context, PassOutput, plural};
-use crate::graph::{Graph, GraphNode, NodeId, is_commutative};
-use crate::lower::Purpose;
+use super::pass::{Context, PassOutput, plural, rewrite_graph};
+use crate::graph::{Graph, GraphNode, NodeId, Purpose, is_commutative};
 use sdfc_vm::table::Op;
 
 /// Returns the graph with common subexpressions shared.
 pub fn cse(graph: &Graph, context: &Context) -> PassOutput {
     let mut shared = 0;
-    let graph = super::rewrite_graph(graph, |to, _, node| {
+    let graph = rewrite_graph(graph, |to, _, node| {
         match find_commuted(to, &node, context) {
             Some(id) => {
                 shared += 1;

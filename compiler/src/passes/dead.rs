@@ -1,12 +1,12 @@
 //! Removes nodes that the root does not reach. Before: any graph. After: every node is used. The value
 //! is the same in every bit.
 
-use super::{Context, PassOutput, plural};
+use super::pass::{Context, PassOutput, plural, rewrite_graph};
 use crate::graph::Graph;
 
 /// Returns the graph without its unused nodes.
 pub fn dead(graph: &Graph, _: &Context) -> PassOutput {
-    let live = super::rewrite_graph(graph, |to, _, node| to.add(node));
+    let live = rewrite_graph(graph, |to, _, node| to.add(node));
     let removed = graph.len() - live.len();
     PassOutput {
         graph: live,

@@ -5,7 +5,7 @@
 
 mod frames;
 
-use super::{Context, PassOutput, plural};
+use super::pass::{Context, PassOutput, plural, rewrite_graph};
 use crate::graph::{Graph, GraphNode, GraphNumber, NodeId};
 use sdfc_vm::apply::{OpResult, apply, pack_parameters};
 use sdfc_vm::table::Op;
@@ -15,7 +15,7 @@ use sdfc_vm::vector::V3;
 pub fn fold(graph: &Graph, _: &Context) -> PassOutput {
     let (mut constants, mut identities, mut frames) = (0, 0, 0);
     let composable = frames::composable(graph);
-    let graph = super::rewrite_graph(graph, |to, id, mut node| {
+    let graph = rewrite_graph(graph, |to, id, mut node| {
         if let Some(value) = constant_value(to, &node) {
             constants += 1;
             return to.add(GraphNode::Constant(GraphNumber::Constant(value)));

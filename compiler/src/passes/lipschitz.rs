@@ -11,7 +11,7 @@
 
 mod slopes;
 
-use super::{Context, PassOutput, plural};
+use super::pass::{Context, PassOutput, plural, rewrite_graph};
 use crate::graph::{Graph, GraphNode, GraphNumber, NodeId};
 use sdfc_vm::table::Op;
 use slopes::GraphSlopes;
@@ -27,7 +27,7 @@ pub fn lipschitz(graph: &Graph, _: &Context) -> PassOutput {
     let mut slopes = GraphSlopes::default();
     let (mut dropped, mut sharpened) = (0, 0);
     let mut longest: f64 = 1.0;
-    let graph = super::rewrite_graph(graph, |to, id, node| {
+    let graph = rewrite_graph(graph, |to, id, node| {
         let division = field_division(&node).filter(|_| !is_magnitude_used[id.0 as usize]);
         let Some((inner, factor)) = division else {
             return to.add(node);

@@ -2,7 +2,7 @@
 
 use sdfc_compiler::compile::{Compiled, Options, compile};
 use sdfc_compiler::elaborate::{self, elaborate};
-use sdfc_compiler::lower::Purpose;
+use sdfc_compiler::graph::Purpose;
 use sdfc_compiler::passes::{Context, PASSES, PassOptions, optimize};
 use sdfc_compiler::schedule::schedule;
 use sdfc_lang::Sources;

@@ -8,7 +8,6 @@ use crate::elaborate::bound_args::BoundArgs;
 use crate::elaborate::numbers::{Form, components};
 use crate::elaborate::value::{EvalResult, Quantity, ScalarValue, Value};
 use crate::expression::{ExprId, Stage};
-use crate::lower::channel_numbers;
 use crate::scene::{MaterialId, ShapeId, ShapeKind};
 use crate::symbolic::{Symbolic, simplified, with_graph};
 use sdfc_lang::{Diagnostic, Span, codes};
@@ -150,7 +149,7 @@ impl<'a> Elaborator<'a> {
     /// Reports whether no number of a material depends on the point.
     fn is_uniform_material(&self, material: MaterialId) -> bool {
         let material = &self.materials[material.0 as usize];
-        let numbers = channel_numbers(material);
+        let numbers = material.channel_numbers();
         let channels = numbers.iter().chain(&material.bump);
         channels
             .into_iter()

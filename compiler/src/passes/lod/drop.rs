@@ -4,6 +4,7 @@ use super::sensitivity::{BlendRuns, Sensitivity, blend_width, magnitude, sensiti
 use super::{LodTarget, in_world};
 use crate::graph::{Graph, GraphNode, GraphNumber, NodeId};
 use crate::passes::bounding::influence::InfluenceBoxes;
+use crate::passes::pass::rewrite_graph;
 use sdfc_vm::kernel::BlendKernel;
 use sdfc_vm::table::Op;
 
@@ -49,7 +50,7 @@ pub(super) fn drop(graph: &Graph, target: &LodTarget) -> DropResult {
         selector.consider(id, node);
     }
     let (mut blends, mut offsets, mut displacements) = (0, 0, 0);
-    let simplified = super::super::rewrite_graph(graph, |to, id, node| {
+    let simplified = rewrite_graph(graph, |to, id, node| {
         let GraphNode::Apply { op, values, .. } = &node else {
             return to.add(node);
         };

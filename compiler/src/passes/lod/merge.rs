@@ -12,6 +12,7 @@ use super::{LodTarget, in_world};
 use crate::graph::{Graph, GraphNode, GraphNumber, NodeId};
 use crate::passes::bounding::influence::InfluenceBoxes;
 use crate::passes::bounding::operands::{ChainOperands, OperandChain};
+use crate::passes::pass::rewrite_graph;
 use sdfc_vm::bounds::Bounds;
 use sdfc_vm::table::Op;
 use std::collections::HashMap;
@@ -88,7 +89,7 @@ pub(super) fn merge(graph: &Graph, target: &LodTarget, limit: f64) -> MergeResul
         }
     }
     let mut new_ids = vec![NodeId::default(); graph.len()];
-    let merged = super::super::rewrite_graph(graph, |to, id, node| {
+    let merged = rewrite_graph(graph, |to, id, node| {
         let new = match (unions.get(&id), replacements.get(&id)) {
             (Some(pieces), _) => {
                 let operands = pieces.iter().map(|piece| add_operand(to, piece, &new_ids));
@@ -111,7 +112,7 @@ pub(super) fn merge(graph: &Graph, target: &LodTarget, limit: f64) -> MergeResul
     });
     MergeResult {
         // Without the nodes that are now unused.
-        graph: super::super::rewrite_graph(&merged, |to, _, node| to.add(node)),
+        graph: rewrite_graph(&merged, |to, _, node| to.add(node)),
         shapes: merger.shapes,
         boxes: merger.boxes,
         pixels: merger.pixels,

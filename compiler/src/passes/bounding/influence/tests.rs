@@ -3,8 +3,9 @@
 use super::{InfluenceBoxes, NodeInfluenceBox};
 use crate::bounds::{SceneRef, ShapeBounds};
 use crate::elaborate::{Loader, Options, elaborate};
+use crate::graph::Purpose;
 use crate::graph::{Graph, GraphNode};
-use crate::lower::{Purpose, lower};
+use crate::lower::lower;
 use crate::schedule::schedule;
 use crate::slope::ShapeSlopes;
 use crate::uniforms::Uniforms;
