@@ -8,10 +8,10 @@
 use crate::bounds_slack::DistanceSlack;
 use crate::expression::{ExprId, Expression, Expressions, ParamId};
 use crate::extent::{extent, extent_of_preimage, narrow_bounds, search_extent};
+use crate::param_ranges::ParamRanges;
 use crate::range::range;
-use crate::scene::{Animation, Scene, SceneParam, Shape, ShapeId, ShapeKind, children};
+use crate::scene::{Scene, SceneParam, SceneRef, ShapeId, ShapeKind, children};
 use crate::shape_range::ShapeRange;
-use crate::slope::Ranges;
 use sdfc_vm::apply::{OpResult, apply, pack_parameters};
 use sdfc_vm::bounds::Bounds;
 use sdfc_vm::interval::Interval;
@@ -86,26 +86,6 @@ impl UniformValues {
                     OpResult::Point(_) => f64::NAN,
                 }
             }
-        }
-    }
-}
-
-/// Borrowed view of a scene, or of the part of it that exists so far.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct SceneRef<'s> {
-    pub(crate) shapes: &'s [Shape],
-    pub(crate) expressions: &'s Expressions,
-    pub(crate) params: &'s [SceneParam],
-    pub(crate) animation: Option<Animation>,
-}
-
-impl<'s> From<&'s Scene> for SceneRef<'s> {
-    fn from(scene: &'s Scene) -> Self {
-        Self {
-            shapes: &scene.shapes,
-            expressions: &scene.expressions,
-            params: &scene.params,
-            animation: scene.animation,
         }
     }
 }
@@ -335,7 +315,7 @@ impl ShapeBounds {
             return *region;
         }
         let search_result = if self.holds_for_all_params {
-            let ranges = Ranges::for_scene(scene);
+            let ranges = ParamRanges::for_scene(scene);
             let graph = scene.expressions;
             extent(graph, value, &mut |id| ranges.leaf(graph, id))
         } else {
@@ -356,7 +336,7 @@ impl ShapeBounds {
         else {
             return Bounds::ALL_SPACE;
         };
-        let ranges = Ranges::for_scene(scene);
+        let ranges = ParamRanges::for_scene(scene);
         let half: [f64; 3] = std::array::from_fn(|axis| {
             let spacing = ranges.number(scene.expressions, parameters[axis]);
             let cells = f64::from(others[axis].near.max(others[axis].far)) + 0.5;
@@ -494,7 +474,7 @@ impl ShapeBounds {
     ) -> Bounds {
         let (graph, params, time) = (scene.expressions, scene.params, self.time);
         let (present, is_lasting) = (&mut self.uniform_values, self.holds_for_all_params);
-        let ranges = Ranges::for_scene(scene);
+        let ranges = ParamRanges::for_scene(scene);
         let mut uniform = |id| match is_lasting {
             true => ranges.number(graph, id),
             false => Interval::point(present.value(graph, params, time, id)),

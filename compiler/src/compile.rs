@@ -1,6 +1,6 @@
 //! Pipeline from a scene to a module.
 
-use crate::bounds::{SceneRef, ShapeBounds};
+use crate::bounds::ShapeBounds;
 use crate::cutters::extend_cutters_with_bounds;
 use crate::distribute::distribute_maps;
 use crate::expression::{ExprId, ParamId, Stage};
@@ -9,7 +9,7 @@ use crate::leaves::LeafTracker;
 use crate::lower::{lower, lower_leaf_ids};
 use crate::passes::lod::LodTarget;
 use crate::passes::{Context, PassOptions, PassReport, optimize};
-use crate::scene::{MaterialId, Scene, ShapeId, ShapeKind};
+use crate::scene::{MaterialId, Scene, SceneRef, ShapeId, ShapeKind};
 use crate::schedule::schedule;
 use crate::seams::SeamSearch;
 use crate::slope::ShapeSlopes;

@@ -26,10 +26,10 @@ mod sloping;
 mod straight;
 mod union_operands;
 
-use crate::bounds::{SceneRef, ShapeBounds, inverse};
+use crate::bounds::{ShapeBounds, inverse};
 use crate::expression::{ExprId, Expression};
-use crate::scene::{Scene, ShapeId, ShapeKind, children_mut};
-use crate::slope::Ranges;
+use crate::param_ranges::ParamRanges;
+use crate::scene::{Scene, SceneRef, ShapeId, ShapeKind, children_mut};
 use sdfc_vm::bounds::Bounds;
 use sdfc_vm::real::Vector3;
 use sdfc_vm::row::SetOperation;
@@ -80,7 +80,7 @@ pub(crate) fn extend_cutters_with_bounds(
         remaining_box_tests: MAX_BOX_TESTS,
         remaining_interval_operations: MAX_INTERVAL_OPERATIONS,
         current_bounds: ShapeBounds::at_time_and_values(0.0, HashMap::new()),
-        ranges: Ranges::for_scene(SceneRef::from(&*scene)),
+        ranges: ParamRanges::for_scene(SceneRef::from(&*scene)),
         is_live,
         scene,
     };
@@ -99,7 +99,7 @@ struct CutterExtension<'s> {
     /// Bounds at the current values of the parameters.
     current_bounds: ShapeBounds,
     /// Ranges of the parameters.
-    ranges: Ranges,
+    ranges: ParamRanges,
     /// True if a number of the scene depends on a live parameter or the time.
     is_live: bool,
 }

@@ -19,6 +19,7 @@ pub mod graph;
 mod leaves;
 pub mod lower;
 pub mod open;
+mod param_ranges;
 pub mod passes;
 pub mod provenance;
 pub mod raise;

@@ -7,7 +7,7 @@
 
 use crate::box_eval::{BoxNumber, UniformInput};
 use crate::expression::{ExprId, Expressions};
-use crate::slope::Ranges;
+use crate::param_ranges::ParamRanges;
 use sdfc_vm::bounds::Bounds;
 use sdfc_vm::interval::Interval;
 
@@ -60,7 +60,7 @@ pub(crate) fn range_over(
     graph: &Expressions,
     id: ExprId,
     region: &Bounds,
-    ranges: &Ranges,
+    ranges: &ParamRanges,
 ) -> Interval {
     let mut number = BoxNumber::<Interval>::new(graph, id, &mut |id| {
         UniformInput::Known(ranges.leaf(graph, id))

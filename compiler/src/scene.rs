@@ -68,6 +68,26 @@ impl Scene {
     }
 }
 
+/// Borrowed view of a scene, or of the part of it that exists so far.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct SceneRef<'s> {
+    pub(crate) shapes: &'s [Shape],
+    pub(crate) expressions: &'s Expressions,
+    pub(crate) params: &'s [SceneParam],
+    pub(crate) animation: Option<Animation>,
+}
+
+impl<'s> From<&'s Scene> for SceneRef<'s> {
+    fn from(scene: &'s Scene) -> Self {
+        Self {
+            shapes: &scene.shapes,
+            expressions: &scene.expressions,
+            params: &scene.params,
+            animation: scene.animation,
+        }
+    }
+}
+
 /// A parameter.
 #[derive(Clone, Debug)]
 pub struct SceneParam {

@@ -6,10 +6,10 @@
 //! sampling: from a point of the solid, the gradient leads to the surface, or to a seam behind which the
 //! solid continues.
 
-use crate::bounds::{SceneRef, ShapeBounds};
+use crate::bounds::ShapeBounds;
 use crate::graph::Purpose;
 use crate::lower::lower;
-use crate::scene::{Scene, ShapeId, ShapeKind, children};
+use crate::scene::{Scene, SceneRef, ShapeId, ShapeKind, children};
 use crate::schedule::schedule;
 use crate::slope::ShapeSlopes;
 use crate::uniforms::Uniforms;

@@ -17,9 +17,8 @@ mod region_bounds;
 mod search;
 mod shapes;
 
-use crate::bounds::SceneRef;
-use crate::box_eval::{BoxNumber, UniformInput};
-use crate::expression::{ExprId, Expression, Expressions};
+use crate::expression::{ExprId, Expressions};
+use crate::param_ranges::ParamRanges;
 use sdfc_vm::bounds::Bounds;
 use sdfc_vm::interval::Interval;
 use search::SlopeSearch;
@@ -57,52 +56,6 @@ impl Default for Budget {
     }
 }
 
-/// Ranges of the parameters' components and of the time, for bounds that hold for all of them.
-#[derive(Clone, Debug)]
-pub struct Ranges {
-    /// By parameter and component.
-    params: Vec<Vec<Interval>>,
-    time: Interval,
-}
-
-impl Ranges {
-    /// Returns the ranges that the scene declares; a parameter without a range keeps its value.
-    pub(crate) fn for_scene(scene: SceneRef<'_>) -> Self {
-        let params = scene.params.iter().map(|param| {
-            let components = param.value.iter().map(|&value| match param.range {
-                Some((lo, hi)) => Interval::between(lo, hi),
-                None => Interval::point(value),
-            });
-            components.collect()
-        });
-        let params = params.collect();
-        let time = match scene.animation {
-            Some(animation) => Interval::between(0.0, animation.duration),
-            None => Interval::ALL,
-        };
-        Self { params, time }
-    }
-
-    /// Returns the range of a constant, a parameter or the time.
-    pub(crate) fn leaf(&self, expressions: &Expressions, id: ExprId) -> Interval {
-        match expressions.get(id) {
-            Expression::Constant(v) => Interval::point(*v),
-            Expression::Param(param, component) => {
-                self.params[param.0 as usize][usize::from(*component)]
-            }
-            Expression::Time => self.time,
-            _ => Interval::ALL,
-        }
-    }
-
-    /// Returns the range of a uniform number.
-    pub fn number(&self, expressions: &Expressions, id: ExprId) -> Interval {
-        let mut leaf = |id| UniformInput::Known(self.leaf(expressions, id));
-        let mut number = BoxNumber::<Interval>::new(expressions, id, &mut leaf);
-        number.eval(&Bounds::ALL_SPACE, &[])
-    }
-}
-
 /// Returns a bound on the gradients, by the local point, of one number or of several together (the rows
 /// of a Jacobian). It is the Frobenius norm, which is at least the map's stretch. `None` if it is at
 /// least [`MAX_SLOPE`], or too loose to march by ([`LOOSE_FACTOR`]).
@@ -110,7 +63,7 @@ pub(crate) fn slope_bound(
     expressions: &Expressions,
     numbers: &[ExprId],
     region: &Bounds,
-    ranges: &Ranges,
+    ranges: &ParamRanges,
     budget: &mut Budget,
 ) -> Option<f64> {
     let search = SlopeSearch::new(expressions, numbers, ranges);
@@ -185,7 +138,7 @@ pub(crate) fn capped_field(
     expressions: &Expressions,
     number: ExprId,
     region: &Bounds,
-    ranges: &Ranges,
+    ranges: &ParamRanges,
 ) -> Option<CappedField> {
     let mut budget = Budget(MAX_CAPPED_OPERATIONS);
     let new_search = || SlopeSearch::new(expressions, &[number], ranges);
@@ -262,7 +215,7 @@ pub(crate) fn estimated_slope(
     expressions: &Expressions,
     numbers: &[ExprId],
     region: &Bounds,
-    ranges: &Ranges,
+    ranges: &ParamRanges,
 ) -> f64 {
     let mut search = SlopeSearch::new(expressions, numbers, ranges);
     let points: Vec<_> = sample_points(region)
@@ -307,7 +260,7 @@ pub(crate) fn steepest_sample(
     expressions: &Expressions,
     numbers: &[ExprId],
     region: &Bounds,
-    ranges: &Ranges,
+    ranges: &ParamRanges,
 ) -> Option<(f64, [f64; 3])> {
     let samples = sampled_slopes(expressions, numbers, region, ranges);
     samples.into_iter().max_by(|a, b| a.0.total_cmp(&b.0))
@@ -318,7 +271,7 @@ fn sampled_slopes(
     expressions: &Expressions,
     numbers: &[ExprId],
     region: &Bounds,
-    ranges: &Ranges,
+    ranges: &ParamRanges,
 ) -> Vec<(f64, [f64; 3])> {
     search_slopes(SlopeSearch::new(expressions, numbers, ranges), region)
 }

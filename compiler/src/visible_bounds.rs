@@ -5,9 +5,9 @@
 //! nothing. The size selects the regions in which slopes are bounded, and the distance of cameras that
 //! are left open.
 
-use crate::bounds::{SceneRef, ShapeBounds, UniformValues};
+use crate::bounds::{ShapeBounds, UniformValues};
 use crate::climb::fibonacci_direction;
-use crate::scene::{Scene, ShapeId};
+use crate::scene::{Scene, SceneRef, ShapeId};
 use crate::shape_range::ShapeRange;
 use sdfc_vm::bounds::Bounds;
 use sdfc_vm::interval::Interval;

@@ -1,9 +1,8 @@
 //! Queries about shapes while the scene is built: bounding boxes and dependence on parameters.
 
 use super::Elaborator;
-use crate::bounds::SceneRef;
 use crate::expression::ExprId;
-use crate::scene::{ShapeId, ShapeKind, children};
+use crate::scene::{SceneRef, ShapeId, ShapeKind, children};
 use sdfc_vm::bounds::Bounds;
 use sdfc_vm::interval::Interval;
 

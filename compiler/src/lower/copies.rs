@@ -4,10 +4,9 @@
 //! gap to the walls of its cell. A step may then be at most the distance to the neighbours' boxes.
 
 use super::{LocalPoint, Lowering, ValueUse};
-use crate::bounds::SceneRef;
 use crate::expression::ExprId;
 use crate::graph::{GraphNumber, NodeId};
-use crate::scene::{NeighbourCells, ShapeId, ShapeKind, neighbour};
+use crate::scene::{NeighbourCells, SceneRef, ShapeId, ShapeKind, neighbour};
 use sdfc_vm::table::Op;
 use std::f64::consts::TAU;
 

@@ -5,16 +5,16 @@
 //! shape whose bound grows with the region, the divisor is a power of the distance from the origin.
 
 use super::{LocalPoint, Lowering};
-use crate::bounds::SceneRef;
 use crate::elaborate::format_short;
 use crate::expression::ExprId;
 use crate::formula::numbers;
 use crate::graph::{GraphNode, GraphNumber, NodeId};
-use crate::scene::{ShapeId, ShapeKind, children};
+use crate::param_ranges::ParamRanges;
+use crate::scene::{SceneRef, ShapeId, ShapeKind, children};
 use crate::shape_range::ShapeRange;
 use crate::slope::{
-    CappedField, MAX_SLOPE, Ranges, RefutedSlope, SlopeScope, has_discontinuities, is_unmarchable,
-    margin, near_region,
+    CappedField, MAX_SLOPE, RefutedSlope, SlopeScope, has_discontinuities, is_unmarchable, margin,
+    near_region,
 };
 use crate::visible_bounds::farthest;
 use crate::written_value::written_value;
@@ -283,7 +283,7 @@ impl Lowering<'_> {
         if !self.checked_for_inside.insert(id) {
             return;
         }
-        let ranges = Ranges::for_scene(scene_ref);
+        let ranges = ParamRanges::for_scene(scene_ref);
         let mut uniform = |id| ranges.number(&self.scene.expressions, id);
         let value = ShapeRange::new(scene_ref, &mut uniform).range_in_box(id, &region);
         if value.lo >= 0.0 {

@@ -15,9 +15,10 @@ use super::discontinuities::{
 use super::envelope::envelope;
 use super::local_bound::{LocalBound, bound_without_global};
 use super::region_bounds::RegionBounds;
-use super::{Budget, Ranges, SlopeSearch, sample_points, slope_bound};
+use super::{Budget, SlopeSearch, sample_points, slope_bound};
 use crate::box_eval::HeldBranches;
 use crate::expression::{ExprId, Expression, Expressions};
+use crate::param_ranges::ParamRanges;
 use crate::scene::NOWHERE;
 use crate::uniforms::{operands_first, rewrite_number};
 use sdfc_vm::bounds::Bounds;
@@ -55,7 +56,7 @@ pub(crate) fn continuous(
     expressions: &Expressions,
     number: ExprId,
     [region, sampled_region]: [&Bounds; 2],
-    ranges: &Ranges,
+    ranges: &ParamRanges,
     budget: &mut Budget,
 ) -> Option<f64> {
     let mut expressions = expressions.clone();
@@ -91,7 +92,7 @@ pub(crate) fn step(
     number: ExprId,
     scope: SlopeScope,
     [region, sampled_region]: [&Bounds; 2],
-    ranges: &Ranges,
+    ranges: &ParamRanges,
     budget: &mut Budget,
 ) -> Option<ExprId> {
     let mut region_bounds = RegionBounds {
@@ -149,7 +150,7 @@ fn are_finite_at_samples(
     expressions: &Expressions,
     bound: &LocalBound,
     region: &Bounds,
-    ranges: &Ranges,
+    ranges: &ParamRanges,
 ) -> bool {
     let numbers: Vec<ExprId> = [Some(bound.slope), bound.growth, bound.radius]
         .into_iter()
@@ -167,7 +168,7 @@ fn distances_by_bounds(
     expressions: &mut Expressions,
     number: ExprId,
     region: &Bounds,
-    ranges: &Ranges,
+    ranges: &ParamRanges,
     budget: &mut Budget,
 ) -> Vec<ExprId> {
     let Some([lo, hi]) = envelope(expressions, number) else {
@@ -257,7 +258,7 @@ impl StepBuilder<'_> {
         &mut self,
         jumps: Vec<Discontinuity>,
         region: &Bounds,
-        ranges: &Ranges,
+        ranges: &ParamRanges,
     ) -> Vec<Discontinuity> {
         let (mut visible, mut others): (Vec<Discontinuity>, Vec<Discontinuity>) = jumps
             .into_iter()
@@ -282,7 +283,7 @@ impl StepBuilder<'_> {
         jump: &Discontinuity,
         surfaces: &[&NearestSurface],
         region: &Bounds,
-        ranges: &Ranges,
+        ranges: &ParamRanges,
     ) -> bool {
         let nearest = self.nearest_surface(jump);
         let near_side = self.shifted_number(self.number, surfaces);

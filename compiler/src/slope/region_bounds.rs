@@ -1,11 +1,12 @@
 //! Slope bounds with discontinuities held, throughout a region.
 
 use super::{
-    Budget, MAX_BOXES, MAX_BOXES_WHILE_INFINITE, MAX_SLOPE, Ranges, SlopeSearch, is_loose,
-    run_search, sample_points,
+    Budget, MAX_BOXES, MAX_BOXES_WHILE_INFINITE, MAX_SLOPE, SlopeSearch, is_loose, run_search,
+    sample_points,
 };
 use crate::box_eval::HeldBranches;
 use crate::expression::{ExprId, Expressions};
+use crate::param_ranges::ParamRanges;
 use sdfc_vm::bounds::Bounds;
 use sdfc_vm::dual::Dual;
 use sdfc_vm::interval::Interval;
@@ -17,7 +18,7 @@ const MAX_MEDIAN_RATIO: f64 = 4.0;
 /// Region in which bounds are searched.
 pub(super) struct RegionBounds<'a> {
     pub(super) region: &'a Bounds,
-    pub(super) ranges: &'a Ranges,
+    pub(super) ranges: &'a ParamRanges,
     pub(super) budget: &'a mut Budget,
 }
 

@@ -1,9 +1,9 @@
 //! Nodes of the branch-and-bound search for slopes: parts of space together with parts of the ranges of
 //! parameters.
 
-use super::Ranges;
 use crate::box_eval::{BoxNumber, HeldBranches, UniformInput};
 use crate::expression::{ExprId, Expressions};
+use crate::param_ranges::ParamRanges;
 use sdfc_vm::bounds::Bounds;
 use sdfc_vm::dual::Dual;
 use sdfc_vm::interval::Interval;
@@ -40,7 +40,7 @@ pub(super) struct SlopeSearch {
 }
 
 impl SlopeSearch {
-    pub(super) fn new(expressions: &Expressions, numbers: &[ExprId], ranges: &Ranges) -> Self {
+    pub(super) fn new(expressions: &Expressions, numbers: &[ExprId], ranges: &ParamRanges) -> Self {
         let mut ranged = Vec::new();
         let mut uniform = |id| {
             let range = ranges.leaf(expressions, id);

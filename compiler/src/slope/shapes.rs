@@ -7,13 +7,14 @@
 
 use super::region_bounds::RegionBounds;
 use super::{
-    Budget, CappedField, LOOSE_FACTOR, Ranges, SlopeScope, capped_field, estimated_slope,
+    Budget, CappedField, LOOSE_FACTOR, SlopeScope, capped_field, estimated_slope,
     has_discontinuities, pieces, slope_bound, steepest_sample,
 };
-use crate::bounds::{SceneRef, ShapeBounds};
+use crate::bounds::ShapeBounds;
 use crate::expression::{ExprId, Expressions};
+use crate::param_ranges::ParamRanges;
 use crate::range::range_over;
-use crate::scene::{ShapeId, ShapeKind};
+use crate::scene::{SceneRef, ShapeId, ShapeKind};
 use sdfc_vm::apply::{OpResult, apply, pack_parameters};
 use sdfc_vm::bounds::Bounds;
 use sdfc_vm::interval::Interval;
@@ -25,7 +26,7 @@ use std::collections::HashMap;
 
 /// Cache of the Lipschitz bounds of a scene's shapes, each computed on first use.
 pub(crate) struct ShapeSlopes {
-    ranges: Ranges,
+    ranges: ParamRanges,
     budget: Budget,
     /// Bounds of shapes that are the same in every region.
     constant_bounds: HashMap<ShapeId, f64>,
@@ -73,7 +74,7 @@ fn corners(region: &Bounds) -> [u64; 6] {
 impl ShapeSlopes {
     pub(crate) fn new(scene: SceneRef<'_>, size: f64) -> Self {
         Self {
-            ranges: Ranges::for_scene(scene),
+            ranges: ParamRanges::for_scene(scene),
             budget: Budget::default(),
             constant_bounds: HashMap::new(),
             number_bounds: HashMap::new(),

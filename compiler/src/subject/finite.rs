@@ -4,9 +4,9 @@
 //! in its operand. A field that is a minimum or a maximum is treated as that set operation.
 
 use super::extremes::Extremes;
-use crate::bounds::{SceneRef, ShapeBounds};
+use crate::bounds::ShapeBounds;
 use crate::extent::extent;
-use crate::scene::{Scene, Shape, ShapeId, ShapeKind, children, children_mut};
+use crate::scene::{Scene, SceneRef, Shape, ShapeId, ShapeKind, children, children_mut};
 use crate::visible_bounds::sampled_bounds;
 use sdfc_vm::bounds::Bounds;
 use sdfc_vm::interval::Interval;

@@ -1,11 +1,12 @@
 //! Checks influence boxes: values keep their distance from them at random points.
 
 use super::{InfluenceBoxes, NodeInfluenceBox};
-use crate::bounds::{SceneRef, ShapeBounds};
+use crate::bounds::ShapeBounds;
 use crate::elaborate::{Loader, Options, elaborate};
 use crate::graph::Purpose;
 use crate::graph::{Graph, GraphNode};
 use crate::lower::lower;
+use crate::scene::SceneRef;
 use crate::schedule::schedule;
 use crate::slope::ShapeSlopes;
 use crate::uniforms::Uniforms;
