@@ -120,7 +120,7 @@ fn cube_half_side(expressions: &Expressions, value: ExprId, plane: bool) -> f64 
                     let faces = if plane { &faces[..2] } else { &faces };
                     faces
                         .iter()
-                        .any(|p| crate::bounds::value_at(expressions, value, *p) < 0.0)
+                        .any(|p| crate::analysis::bounds::value_at(expressions, value, *p) < 0.0)
                 })
             })
         })

@@ -1,6 +1,9 @@
 //! Pipeline from a scene to a module.
 
-use crate::bounds::ShapeBounds;
+use crate::analysis::bounds::ShapeBounds;
+use crate::analysis::slope::ShapeSlopes;
+use crate::analysis::subject::{outline, subject};
+use crate::analysis::visible_bounds::scene_size;
 use crate::cutters::extend_cutters_with_bounds;
 use crate::distribute::distribute_maps;
 use crate::expression::{ExprId, ParamId, Stage};
@@ -12,10 +15,7 @@ use crate::passes::{Context, PassOptions, PassReport, optimize};
 use crate::scene::{MaterialId, Scene, SceneRef, ShapeId, ShapeKind};
 use crate::schedule::schedule;
 use crate::seams::SeamSearch;
-use crate::slope::ShapeSlopes;
-use crate::subject::{outline, subject};
 use crate::uniforms::Uniforms;
-use crate::visible_bounds::scene_size;
 use crate::wgsl;
 use sdfc_lang::{Diagnostic, Span, codes};
 use sdfc_vm::bounds::Bounds;

@@ -26,9 +26,9 @@ mod sloping;
 mod straight;
 mod union_operands;
 
-use crate::bounds::{ShapeBounds, inverse};
+use crate::analysis::bounds::{ShapeBounds, inverse};
+use crate::analysis::param_ranges::ParamRanges;
 use crate::expression::{ExprId, Expression};
-use crate::param_ranges::ParamRanges;
 use crate::scene::{Scene, SceneRef, ShapeId, ShapeKind, children_mut};
 use sdfc_vm::bounds::Bounds;
 use sdfc_vm::real::Vector3;

@@ -38,7 +38,7 @@ mod shapes;
 mod value;
 mod vocabulary;
 
-use crate::bounds::{ShapeBounds, UniformValues};
+use crate::analysis::bounds::{ShapeBounds, UniformValues};
 use crate::expression::{ExprId, Expressions};
 use crate::scene::{
     Animation, Material, MaterialId, Scene, SceneCamera, SceneCheck, SceneLight, SceneParam,

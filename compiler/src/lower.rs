@@ -16,12 +16,12 @@ mod copies;
 mod paint;
 mod step;
 
-use crate::bounds::ShapeBounds;
+use crate::analysis::bounds::ShapeBounds;
+use crate::analysis::slope::ShapeSlopes;
 use crate::expression::{ExprId, Expression, Expressions};
 use crate::graph::{Graph, GraphNode, GraphNumber, NodeId, Origin, Purpose};
 use crate::leaves::LeafTracker;
 use crate::scene::{MaterialId, NO_EDGE, NOWHERE, Scene, SceneRef, ShapeId, ShapeKind};
-use crate::slope::ShapeSlopes;
 use crate::uniforms::{Uniforms, operands_first};
 use paint::Coverage;
 use sdfc_lang::Diagnostic;

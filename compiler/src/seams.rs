@@ -6,12 +6,12 @@
 //! sampling: from a point of the solid, the gradient leads to the surface, or to a seam behind which the
 //! solid continues.
 
-use crate::bounds::ShapeBounds;
+use crate::analysis::bounds::ShapeBounds;
+use crate::analysis::slope::ShapeSlopes;
 use crate::graph::Purpose;
 use crate::lower::lower;
 use crate::scene::{Scene, SceneRef, ShapeId, ShapeKind, children};
 use crate::schedule::schedule;
-use crate::slope::ShapeSlopes;
 use crate::uniforms::Uniforms;
 use sdfc_lang::{Diagnostic, codes};
 use sdfc_vm::evaluate::{evaluate_f64, gradient};

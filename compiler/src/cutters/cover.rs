@@ -9,7 +9,7 @@ use super::mapped::{MappedRange, frame_rows, half_plane_rows, is_round};
 use super::regions::{FrameMap, Region};
 use super::section::{Section, circumscribed_polygon, transform_point};
 use super::{AffineRows, CutterExtension, F32_TOLERANCE, IDENTITY, TOUCH_TOLERANCE, compose};
-use crate::bounds::inverse;
+use crate::analysis::bounds::inverse;
 use crate::scene::{Scene, ShapeId, ShapeKind};
 use sdfc_vm::bounds::Bounds;
 use sdfc_vm::interval::Interval;

@@ -11,7 +11,7 @@ use super::section::Section;
 use super::{
     AffineRows, CutContext, CutterExtension, F32_TOLERANCE, PathStep, TOUCH_TOLERANCE, compose,
 };
-use crate::bounds::inverse;
+use crate::analysis::bounds::inverse;
 use crate::scene::{ShapeId, ShapeKind};
 use sdfc_vm::bounds::Bounds;
 use sdfc_vm::interval::Interval;

@@ -7,11 +7,11 @@
 use super::convex::is_convex_op;
 use super::section::{corners, transform_point};
 use super::{AffineRows, IDENTITY, TOUCH_TOLERANCE, compose};
-use crate::bounds::inverse;
+use crate::analysis::bounds::inverse;
+use crate::analysis::shape_range::ShapeRange;
+use crate::analysis::symmetry::is_solid_of_revolution;
 use crate::expression::ExprId;
 use crate::scene::{NO_EDGE, Scene, SceneRef, ShapeId, ShapeKind};
-use crate::shape_range::ShapeRange;
-use crate::symmetry::is_solid_of_revolution;
 use sdfc_vm::apply::{OpResult, apply, pack_parameters};
 use sdfc_vm::bounds::Bounds;
 use sdfc_vm::dual::Dual;

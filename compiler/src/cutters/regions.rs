@@ -2,7 +2,7 @@
 
 use super::mapped::PointSet;
 use super::{AffineRows, IDENTITY, PathStep, TOUCH_TOLERANCE, compose};
-use crate::bounds::inverse;
+use crate::analysis::bounds::inverse;
 use sdfc_vm::bounds::Bounds;
 use sdfc_vm::row::BoundsRule;
 use sdfc_vm::table::Op;

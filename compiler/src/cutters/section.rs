@@ -1,7 +1,7 @@
 //! Cross sections of an extension: points whose convex hull contains it.
 
 use super::{AffineRows, TOUCH_TOLERANCE, compose};
-use crate::bounds::inverse;
+use crate::analysis::bounds::inverse;
 use crate::scene::{Scene, ShapeId, ShapeKind};
 
 /// Number of corners of a polygon circumscribed about a circle.

@@ -3,7 +3,7 @@
 
 use super::Elaborator;
 use super::shape_info::numbers;
-use crate::bounds::ShapeBounds;
+use crate::analysis::bounds::ShapeBounds;
 use crate::expression::{ExprId, Expression, ParamId};
 use crate::scene::ShapeId;
 use crate::scene::children;

@@ -56,7 +56,7 @@ impl<'a> Elaborator<'a> {
         let (graph, params, time) = (&self.graph, &self.params, self.options.time);
         let present = &mut self.uniform_values;
         let mut value = |id| present.value(graph, params, time, id);
-        crate::range::range(graph, id, region, &mut value)
+        crate::analysis::range::range(graph, id, region, &mut value)
     }
 }
 

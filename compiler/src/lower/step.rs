@@ -5,18 +5,18 @@
 //! shape whose bound grows with the region, the divisor is a power of the distance from the origin.
 
 use super::{LocalPoint, Lowering};
+use crate::analysis::param_ranges::ParamRanges;
+use crate::analysis::shape_range::ShapeRange;
+use crate::analysis::slope::{
+    CappedField, MAX_SLOPE, RefutedSlope, SlopeScope, has_discontinuities, is_unmarchable, margin,
+    near_region,
+};
+use crate::analysis::visible_bounds::farthest;
 use crate::elaborate::format_short;
 use crate::expression::ExprId;
 use crate::formula::numbers;
 use crate::graph::{GraphNode, GraphNumber, NodeId};
-use crate::param_ranges::ParamRanges;
 use crate::scene::{SceneRef, ShapeId, ShapeKind, children};
-use crate::shape_range::ShapeRange;
-use crate::slope::{
-    CappedField, MAX_SLOPE, RefutedSlope, SlopeScope, has_discontinuities, is_unmarchable, margin,
-    near_region,
-};
-use crate::visible_bounds::farthest;
 use crate::written_value::written_value;
 use sdfc_lang::{Diagnostic, Span, codes};
 use sdfc_vm::bounds::Bounds;

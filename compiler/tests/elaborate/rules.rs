@@ -1,7 +1,7 @@
 //! Rules for all scenes: structural parameters, units, the up axis, and limits with messages.
 
 use crate::{build, rendered, scene, scene_with};
-use sdfc_compiler::bounds::shape_bounds;
+use sdfc_compiler::analysis::bounds::shape_bounds;
 use sdfc_compiler::dump::dump;
 use sdfc_compiler::scene::{Scene, ShapeKind};
 use sdfc_vm::bounds::Bounds;

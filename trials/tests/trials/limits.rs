@@ -166,8 +166,8 @@ fn exports() {
 #[test]
 fn slopes() {
     let numbers = [
-        sdfc_compiler::slope::MAX_OPERATIONS,
-        sdfc_compiler::slope::MAX_BOXES,
+        sdfc_compiler::analysis::slope::MAX_OPERATIONS,
+        sdfc_compiler::analysis::slope::MAX_BOXES,
     ];
     let page = LIMITS_PAGE.replace('\n', " ");
     assert!(

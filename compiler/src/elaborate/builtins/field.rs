@@ -9,7 +9,6 @@ use crate::elaborate::numbers::{Form, components};
 use crate::elaborate::shapes::shape_value;
 use crate::elaborate::value::{Abort, EvalResult, Quantity, ScalarValue, Value, Vector};
 use crate::expression::{ExprId, Stage};
-use crate::extent::extent;
 use crate::scene::ShapeKind;
 use sdfc_lang::{Diagnostic, Span, codes};
 use sdfc_vm::bounds::Bounds;

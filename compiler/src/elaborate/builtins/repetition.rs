@@ -1,7 +1,7 @@
 //! Copies of shapes by folding space: mirrors, grids and rings. The cost does not grow with their
 //! number.
 
-use crate::bounds::inverse;
+use crate::analysis::bounds::inverse;
 use crate::elaborate::Elaborator;
 use crate::elaborate::bound_args::BoundArgs;
 use crate::elaborate::display::format_short;
@@ -9,7 +9,6 @@ use crate::elaborate::value::{EvalResult, Value};
 use crate::expression::ExprId;
 use crate::scene::{NeighbourCells, ShapeId, ShapeKind};
 use crate::symbolic::Symbolic;
-use crate::symmetry::Symmetries;
 use sdfc_lang::{Diagnostic, Span, codes};
 use sdfc_vm::bounds::Bounds;
 use sdfc_vm::ops::affine::{self, Affine};

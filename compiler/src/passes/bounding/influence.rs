@@ -7,7 +7,7 @@
 //! gives the hull of all moved boxes. Without a rule, or with a number that depends on a parameter,
 //! there is no box.
 
-use crate::bounds::inverse;
+use crate::analysis::bounds::inverse;
 use crate::graph::{Graph, GraphNode, GraphNumber, NodeId};
 use sdfc_vm::apply::{OpResult, apply, pack_parameters};
 use sdfc_vm::bounds::Bounds;

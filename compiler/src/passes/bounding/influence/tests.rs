@@ -1,14 +1,14 @@
 //! Checks influence boxes: values keep their distance from them at random points.
 
 use super::{InfluenceBoxes, NodeInfluenceBox};
-use crate::bounds::ShapeBounds;
+use crate::analysis::bounds::ShapeBounds;
+use crate::analysis::slope::ShapeSlopes;
 use crate::elaborate::{Loader, Options, elaborate};
 use crate::graph::Purpose;
 use crate::graph::{Graph, GraphNode};
 use crate::lower::lower;
 use crate::scene::SceneRef;
 use crate::schedule::schedule;
-use crate::slope::ShapeSlopes;
 use crate::uniforms::Uniforms;
 use sdfc_lang::Sources;
 use sdfc_vm::evaluate::evaluate_f64;

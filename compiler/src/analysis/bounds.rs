@@ -5,13 +5,13 @@
 //! amount that is added to a shape's distance grows its box. Where the distance underestimates, the box
 //! grows by more, see `bounds_slack.rs`.
 
-use crate::bounds_slack::DistanceSlack;
+use crate::analysis::bounds_slack::DistanceSlack;
+use crate::analysis::extent::{extent, extent_of_preimage, narrow_bounds, search_extent};
+use crate::analysis::param_ranges::ParamRanges;
+use crate::analysis::range::range;
+use crate::analysis::shape_range::ShapeRange;
 use crate::expression::{ExprId, Expression, Expressions, ParamId};
-use crate::extent::{extent, extent_of_preimage, narrow_bounds, search_extent};
-use crate::param_ranges::ParamRanges;
-use crate::range::range;
 use crate::scene::{Scene, SceneParam, SceneRef, ShapeId, ShapeKind, children};
-use crate::shape_range::ShapeRange;
 use sdfc_vm::apply::{OpResult, apply, pack_parameters};
 use sdfc_vm::bounds::Bounds;
 use sdfc_vm::interval::Interval;

@@ -3,7 +3,7 @@
 //! Values are those of the scene as written. Bounds hold for all values of the uniform numbers that are
 //! supplied as ranges.
 
-use crate::box_eval::{BoxNumber, UniformInput};
+use crate::analysis::box_eval::{BoxNumber, UniformInput};
 use crate::expression::ExprId;
 use crate::scene::{NO_EDGE, NOWHERE, SceneRef, ShapeId, ShapeKind, grid_cells, neighbour};
 use sdfc_vm::apply::{OpResult, apply, pack_parameters};

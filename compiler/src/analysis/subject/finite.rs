@@ -4,10 +4,10 @@
 //! in its operand. A field that is a minimum or a maximum is treated as that set operation.
 
 use super::extremes::Extremes;
-use crate::bounds::ShapeBounds;
-use crate::extent::extent;
+use crate::analysis::bounds::ShapeBounds;
+use crate::analysis::extent::extent;
+use crate::analysis::visible_bounds::sampled_bounds;
 use crate::scene::{Scene, SceneRef, Shape, ShapeId, ShapeKind, children, children_mut};
-use crate::visible_bounds::sampled_bounds;
 use sdfc_vm::bounds::Bounds;
 use sdfc_vm::interval::Interval;
 use sdfc_vm::row::SetOperation;

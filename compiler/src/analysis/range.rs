@@ -5,9 +5,9 @@
 //! the most. It stops once the bounds are at most three times as wide as the sampled range. Bounds that
 //! fulfil this at once are not refined.
 
-use crate::box_eval::{BoxNumber, UniformInput};
+use crate::analysis::box_eval::{BoxNumber, UniformInput};
+use crate::analysis::param_ranges::ParamRanges;
 use crate::expression::{ExprId, Expressions};
-use crate::param_ranges::ParamRanges;
 use sdfc_vm::bounds::Bounds;
 use sdfc_vm::interval::Interval;
 

@@ -1,6 +1,6 @@
 //! Ranges of the numbers that change without another compilation: live parameters and the time.
 
-use crate::box_eval::{BoxNumber, UniformInput};
+use crate::analysis::box_eval::{BoxNumber, UniformInput};
 use crate::expression::{ExprId, Expression, Expressions};
 use crate::scene::SceneRef;
 use sdfc_vm::bounds::Bounds;

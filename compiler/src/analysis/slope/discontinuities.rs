@@ -2,7 +2,7 @@
 
 use super::local_bound::{LocalBound, local_bound};
 use super::region_bounds::RegionBounds;
-use crate::box_eval::HeldBranches;
+use crate::analysis::box_eval::HeldBranches;
 use crate::expression::{ExprId, Expression, Expressions, Stage};
 use crate::uniforms::{operands_first, rewrite_number};
 use sdfc_vm::row::Continuity;

@@ -1,9 +1,9 @@
 //! Nodes of the branch-and-bound search for slopes: parts of space together with parts of the ranges of
 //! parameters.
 
-use crate::box_eval::{BoxNumber, HeldBranches, UniformInput};
+use crate::analysis::box_eval::{BoxNumber, HeldBranches, UniformInput};
+use crate::analysis::param_ranges::ParamRanges;
 use crate::expression::{ExprId, Expressions};
-use crate::param_ranges::ParamRanges;
 use sdfc_vm::bounds::Bounds;
 use sdfc_vm::dual::Dual;
 use sdfc_vm::interval::Interval;

@@ -6,7 +6,7 @@
 //! bounds are themselves numbers of the point.
 
 use super::region_bounds::RegionBounds;
-use crate::box_eval::HeldBranches;
+use crate::analysis::box_eval::HeldBranches;
 use crate::expression::{ExprId, Expression, Expressions};
 use crate::scene::NOWHERE;
 use sdfc_vm::table::Op;

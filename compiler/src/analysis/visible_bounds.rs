@@ -5,10 +5,10 @@
 //! nothing. The size selects the regions in which slopes are bounded, and the distance of cameras that
 //! are left open.
 
-use crate::bounds::{ShapeBounds, UniformValues};
-use crate::climb::fibonacci_direction;
+use crate::analysis::bounds::{ShapeBounds, UniformValues};
+use crate::analysis::climb::fibonacci_direction;
+use crate::analysis::shape_range::ShapeRange;
 use crate::scene::{Scene, SceneRef, ShapeId};
-use crate::shape_range::ShapeRange;
 use sdfc_vm::bounds::Bounds;
 use sdfc_vm::interval::Interval;
 

@@ -17,8 +17,8 @@ mod region_bounds;
 mod search;
 mod shapes;
 
+use crate::analysis::param_ranges::ParamRanges;
 use crate::expression::{ExprId, Expressions};
-use crate::param_ranges::ParamRanges;
 use sdfc_vm::bounds::Bounds;
 use sdfc_vm::interval::Interval;
 use search::SlopeSearch;

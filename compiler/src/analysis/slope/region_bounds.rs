@@ -4,9 +4,9 @@ use super::{
     Budget, MAX_BOXES, MAX_BOXES_WHILE_INFINITE, MAX_SLOPE, SlopeSearch, is_loose, run_search,
     sample_points,
 };
-use crate::box_eval::HeldBranches;
+use crate::analysis::box_eval::HeldBranches;
+use crate::analysis::param_ranges::ParamRanges;
 use crate::expression::{ExprId, Expressions};
-use crate::param_ranges::ParamRanges;
 use sdfc_vm::bounds::Bounds;
 use sdfc_vm::dual::Dual;
 use sdfc_vm::interval::Interval;

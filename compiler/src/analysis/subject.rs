@@ -7,8 +7,8 @@ mod extremes;
 mod finite;
 mod pruned;
 
-use crate::bounds::ShapeBounds;
-use crate::climb::SurfaceClimb;
+use crate::analysis::bounds::ShapeBounds;
+use crate::analysis::climb::SurfaceClimb;
 use crate::scene::{Scene, ShapeId};
 use finite::FiniteFinder;
 use pruned::PrunedField;

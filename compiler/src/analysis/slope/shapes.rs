@@ -10,10 +10,10 @@ use super::{
     Budget, CappedField, LOOSE_FACTOR, SlopeScope, capped_field, estimated_slope,
     has_discontinuities, pieces, slope_bound, steepest_sample,
 };
-use crate::bounds::ShapeBounds;
+use crate::analysis::bounds::ShapeBounds;
+use crate::analysis::param_ranges::ParamRanges;
+use crate::analysis::range::range_over;
 use crate::expression::{ExprId, Expressions};
-use crate::param_ranges::ParamRanges;
-use crate::range::range_over;
 use crate::scene::{SceneRef, ShapeId, ShapeKind};
 use sdfc_vm::apply::{OpResult, apply, pack_parameters};
 use sdfc_vm::bounds::Bounds;

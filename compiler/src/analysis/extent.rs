@@ -4,7 +4,7 @@
 //! proves. The sides that stay infinite are searched within a large cube. Boxes that may hold a value
 //! of at most zero are halved. A finite solid then shows as boxes that do not touch the cube's sides.
 
-use crate::box_eval::{AxisDependence, BoxNumber, UniformInput};
+use crate::analysis::box_eval::{AxisDependence, BoxNumber, UniformInput};
 use crate::expression::{ExprId, Expressions};
 use sdfc_vm::bounds::Bounds;
 use sdfc_vm::interval::Interval;

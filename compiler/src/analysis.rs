@@ -1,0 +1,17 @@
+//! Facts about the shapes and numbers of a scene: boxes, ranges, slopes, symmetries.
+//!
+//! They hold over regions of space, and for the current or all values of the parameters. Elaboration and
+//! lowering read them.
+
+pub mod bounds;
+mod bounds_slack;
+mod box_eval;
+mod climb;
+pub(crate) mod extent;
+pub(crate) mod param_ranges;
+pub mod range;
+pub(crate) mod shape_range;
+pub mod slope;
+pub(crate) mod subject;
+pub(crate) mod symmetry;
+pub(crate) mod visible_bounds;
