@@ -2,6 +2,7 @@
 //! number.
 
 use crate::analysis::bounds::inverse;
+use crate::analysis::symmetry::Symmetries;
 use crate::elaborate::Elaborator;
 use crate::elaborate::bound_args::BoundArgs;
 use crate::elaborate::display::format_short;
