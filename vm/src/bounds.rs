@@ -1,5 +1,7 @@
 //! Axis-aligned bounding boxes, finite or not.
 
+use glam::DVec3;
+
 /// A bounding box of a solid. It is empty if a lower corner exceeds the upper one, and may be infinite.
 ///
 /// An empty box still marks the region where its shape's distance is small. Two disjoint spheres have an
@@ -109,14 +111,16 @@ impl Bounds {
     }
     /// Returns the centre.
     pub fn centre(&self) -> [f64; 3] {
-        std::array::from_fn(|i| (self.min[i] + self.max[i]) / 2.0)
+        ((DVec3::from(self.min) + DVec3::from(self.max)) / 2.0).into()
     }
     /// Returns the distance from the centre to a corner.
     pub fn half_diagonal(&self) -> f64 {
-        (0..3)
-            .map(|i| ((self.max[i] - self.min[i]) / 2.0).powi(2))
-            .sum::<f64>()
-            .sqrt()
+        ((DVec3::from(self.max) - DVec3::from(self.min)) / 2.0).length()
+    }
+    /// Returns the distance from a point to the box; zero inside.
+    pub fn distance(&self, p: [f64; 3]) -> f64 {
+        let gap = |i: usize| (self.min[i] - p[i]).max(p[i] - self.max[i]).max(0.0);
+        DVec3::new(gap(0), gap(1), gap(2)).length()
     }
     /// Returns the largest distance of a point inside from the y axis.
     pub fn radius_about_y(&self) -> f64 {

@@ -95,6 +95,7 @@ impl Outline {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use glam::DVec3;
 
     #[test]
     fn directions_stand_at_their_places() {
@@ -111,7 +112,7 @@ mod tests {
         };
         let outline = Outline::from_bounds(&bounds);
         assert_eq!(outline.bounds(), bounds);
-        let ball = Outline::from_support(|d| d.iter().map(|v| v * v).sum::<f64>().sqrt());
+        let ball = Outline::from_support(|d| DVec3::from(d).length());
         for n in [
             [0.3, -0.7, 0.2],
             [1.0, 0.0, 0.0],
@@ -119,11 +120,10 @@ mod tests {
             [0.0, 2.0, 1.0],
         ] {
             let corners = bounds.corners();
-            let along = corners.map(|c| (0..3).map(|i| c[i] * n[i]).sum::<f64>());
+            let along = corners.map(|c| DVec3::from(c).dot(n.into()));
             let most = along.into_iter().fold(f64::NEG_INFINITY, f64::max);
             assert!((outline.support(n) - most).abs() < 1e-12, "{n:?}");
-            let length = n.iter().map(|v| v * v).sum::<f64>().sqrt();
-            let reach = ball.support(n) / length;
+            let reach = ball.support(n) / DVec3::from(n).length();
             assert!((1.0 - 1e-12..1.13).contains(&reach), "{n:?}: {reach}");
         }
     }

@@ -10,6 +10,7 @@ use super::build::UNASSIGNED;
 use crate::program::{Code, Destination, Instruction, Operands, PointTransform, Program};
 use crate::row::{Category, Continuity, Slope};
 use crate::table::Op;
+use glam::{DVec3, Vec3};
 
 /// Lipschitz bounds of the operands of each choice, by instruction, and of the result; infinite where
 /// unknown.
@@ -90,12 +91,13 @@ fn frame_stretch(program: &Program, i: &Instruction) -> f64 {
     let PointTransform::Affine(index) = i.transform else {
         return 1.0;
     };
-    let rows: [[f64; 3]; 3] = std::array::from_fn(|row| {
+    let rows: [DVec3; 3] = std::array::from_fn(|row| {
         let [x, y, z, _] = program.pool[index as usize + row];
-        [x, y, z].map(f64::from)
+        Vec3::new(x, y, z).as_dvec3()
     });
-    let product = |a: usize, b: usize| (0..3).map(|k| rows[a][k] * rows[b][k]).sum::<f64>().abs();
-    let sums = (0..3).map(|a| (0..3).map(|b| product(a, b)).sum::<f64>());
+    let sums = rows
+        .iter()
+        .map(|a| rows.iter().map(|b| a.dot(*b).abs()).sum::<f64>());
     sums.fold(0.0, f64::max).sqrt()
 }
 

@@ -4,14 +4,10 @@
 //! They are from the usual collections (I. Quilez, *Distance Functions*; hg_sdf; older texts), in the form
 //! in which they are most often copied.
 
-use crate::fixture::{Case, Point, Random, distance, length, sub};
+use crate::fixture::{Case, Point, Random, distance, dot, length, sub};
 use sdfc_vm::bounds::Bounds;
 use sdfc_vm::row::Slope;
 use sdfc_vm::table::Op;
-
-fn dot(a: Point, b: Point) -> f64 {
-    (0..3).map(|i| a[i] * b[i]).sum()
-}
 
 /// Returns the distance from a point inside an ellipsoid to its surface, by sampling the surface.
 fn depth_of_ellipsoid(radii: Point, p: Point) -> f64 {

@@ -49,12 +49,7 @@ impl LodTarget {
 
     /// Returns the distance of a box from the camera.
     pub(super) fn distance(&self, bounds: &Bounds) -> f64 {
-        let gap = |i: usize| {
-            let below = bounds.min[i] - self.camera_position[i];
-            let above = self.camera_position[i] - bounds.max[i];
-            below.max(above).max(0.0)
-        };
-        (0..3).map(|i| gap(i).powi(2)).sum::<f64>().sqrt()
+        bounds.distance(self.camera_position)
     }
 }
 

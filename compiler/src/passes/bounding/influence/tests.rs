@@ -1,6 +1,6 @@
 //! Checks influence boxes: values keep their distance from them at random points.
 
-use super::{InfluenceBoxes, NodeInfluenceBox};
+use super::InfluenceBoxes;
 use crate::analysis::bounds::ShapeBounds;
 use crate::analysis::slope::ShapeSlopes;
 use crate::elaborate::{Loader, Options, elaborate};
@@ -49,13 +49,6 @@ fn graph(path: &Path) -> Graph {
     .0
 }
 
-/// Returns the distance to a box in the world's space.
-fn distance(volume: &NodeInfluenceBox, p: [f64; 3]) -> f64 {
-    let b = &volume.bounds;
-    let gap = |i: usize| (b.min[i] - p[i]).max(p[i] - b.max[i]).max(0.0);
-    (0..3).map(|i| gap(i).powi(2)).sum::<f64>().sqrt()
-}
-
 /// Checks all boxes in the world's space, and returns their number.
 fn check(path: &Path) -> usize {
     let graph = graph(path);
@@ -88,7 +81,7 @@ fn check(path: &Path) -> usize {
         part.root = id;
         let program = schedule(&part);
         for &p in &points {
-            let (value, distance_to_box) = (evaluate_f64(&program, p), distance(&volume, p));
+            let (value, distance_to_box) = (evaluate_f64(&program, p), volume.bounds.distance(p));
             assert!(
                 distance_to_box == 0.0
                     || value >= (volume.distance_ratio * distance_to_box - 1e-5) * (1.0 - 1e-5),
