@@ -13,6 +13,7 @@ use crate::lower::lower;
 use crate::scene::{Scene, SceneRef, ShapeId, ShapeKind, children};
 use crate::schedule::schedule;
 use crate::uniforms::Uniforms;
+use glam::DVec3;
 use sdfc_lang::{Diagnostic, codes};
 use sdfc_vm::evaluate::{evaluate_f64, gradient};
 use sdfc_vm::program::Program;
@@ -218,20 +219,17 @@ fn may_have_seams(scene: &Scene, id: ShapeId) -> bool {
 /// then into the solid again. No value on the way exceeds `gap`.
 fn leads_to_seam(program: &Program, point: [f64; 3], gap: f64) -> bool {
     let sample = gradient::<f64>(program, V3::new(point[0], point[1], point[2]));
-    let (value, slope) = (sample.value, sample.gradient);
-    let square = slope.x * slope.x + slope.y * slope.y + slope.z * slope.z;
+    let (value, V3 { x, y, z }) = (sample.value, sample.gradient);
+    let slope = DVec3::new(x, y, z);
+    let square = slope.length_squared();
     // A comparison with NaN is false.
     let is_valid = square > 1e-12 && value < -8.0 * gap;
     if !is_valid {
         return false;
     }
-    let step = [slope.x, slope.y, slope.z].map(|v| -v * value / square);
-    let value_at = |fraction: f64| {
-        evaluate_f64(
-            program,
-            std::array::from_fn(|i| point[i] + step[i] * fraction),
-        )
-    };
+    let step = -slope * value / square;
+    let point = DVec3::from(point);
+    let value_at = |fraction: f64| evaluate_f64(program, (point + step * fraction).into());
     // Values rise to a seam as to a surface, and fall at the same rate behind it.
     let values = LINE_SAMPLES.map(value_at);
     let continues = value_at(2.0) < value * MIN_DEPTH_BEHIND;

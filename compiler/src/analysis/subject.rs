@@ -11,6 +11,7 @@ use crate::analysis::bounds::ShapeBounds;
 use crate::analysis::climb::SurfaceClimb;
 use crate::scene::{Scene, ShapeId};
 use finite::FiniteFinder;
+use glam::DVec3;
 use pruned::PrunedField;
 use sdfc_vm::bounds::Bounds;
 use sdfc_vm::evaluate::gradient;
@@ -87,7 +88,7 @@ pub(crate) fn outline(program: &Program, bounds: &Bounds) -> Option<Outline> {
     };
     let slack = MAX_EXCESS * climb.size;
     Some(Outline::from_support(|direction| {
-        let length = direction.iter().map(|v| v * v).sum::<f64>().sqrt();
+        let length = DVec3::from(direction).length();
         let (upper_extent, climb_extent) = (widest.support(direction), climb.extent(direction));
         match upper_extent > climb_extent + slack * length {
             true => climb_extent + CLIMB_MARGIN * climb.size * length,
@@ -246,7 +247,7 @@ impl<'a> OutlineSearch<'a> {
         let [x, y, z] = sides.map(|side| side.lo + (side.hi - side.lo) / 2.0);
         let sample = gradient::<f64>(self.program, V3::new(x, y, z));
         let V3 { x, y, z } = sample.gradient;
-        let slope = (x * x + y * y + z * z).sqrt();
+        let slope = DVec3::new(x, y, z).length();
         let size: f64 = sides.iter().map(|side| side.hi - side.lo).sum();
         sample.value <= slope * size * MAX_SURFACE_DISTANCE
     }

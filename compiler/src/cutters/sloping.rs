@@ -7,6 +7,7 @@ use super::free_space::GrowingPart;
 use super::section::{Section, transform_point};
 use super::{AffineRows, CutContext, CutterExtension, IDENTITY, PathStep, scale};
 use crate::scene::{ShapeId, ShapeKind};
+use glam::DVec3;
 use sdfc_vm::bounds::Bounds;
 use sdfc_vm::table::{Op, prepare};
 
@@ -29,7 +30,7 @@ impl SlopedSolid {
             (Op::Cone, &[bottom, top, half, ..]) => ([bottom, top], half, IDENTITY),
             (Op::Pyramid, &[base, half, ..]) => ([base, 0.0], half, IDENTITY),
             (Op::CylinderBetween, &[x, y, z, r, along_x, along_y, along_z, half]) => {
-                let frame = frame_along([along_x, along_y, along_z], [x, y, z]);
+                let frame = frame_along(DVec3::new(along_x, along_y, along_z), DVec3::new(x, y, z));
                 ([r, r], half, frame)
             }
             _ => return None,
@@ -201,21 +202,14 @@ impl CutterExtension<'_> {
 }
 
 /// The frame with its origin at a point and the y axis along a direction.
-fn frame_along(axis: [f64; 3], origin: [f64; 3]) -> AffineRows {
-    let cross = |a: [f64; 3], b: [f64; 3]| -> [f64; 3] {
-        std::array::from_fn(|i| {
-            let (j, k) = ((i + 1) % 3, (i + 2) % 3);
-            a[j] * b[k] - a[k] * b[j]
-        })
-    };
-    let helper = if axis[0].abs() < 0.5 {
-        [1.0, 0.0, 0.0]
+fn frame_along(axis: DVec3, origin: DVec3) -> AffineRows {
+    let helper = if axis.x.abs() < 0.5 {
+        DVec3::X
     } else {
-        [0.0, 0.0, 1.0]
+        DVec3::Z
     };
-    let side = cross(axis, helper);
-    let length = side.iter().map(|v| v * v).sum::<f64>().sqrt();
-    let side = side.map(|v| v / length);
-    let third = cross(side, axis);
+    let side = axis.cross(helper);
+    let side = side / side.length();
+    let third = side.cross(axis);
     std::array::from_fn(|i| [side[i], axis[i], third[i], origin[i]])
 }

@@ -5,6 +5,7 @@ use crate::elaborate::display::format_short;
 use crate::elaborate::value::{Abort, Env};
 use crate::expression::Stage;
 use crate::scene::{ExprTriple, SceneCamera, SceneLens};
+use glam::DVec3;
 use sdfc_lang::ast::Block;
 use sdfc_lang::{Diagnostic, codes};
 use sdfc_vm::settings;
@@ -74,23 +75,18 @@ impl<'a> Elaborator<'a> {
     /// Checks that the camera has a direction, and chooses an up vector if it points straight down
     /// or up.
     fn aim(&mut self, camera: &mut SceneCamera, up: Option<ExprTriple>, block: &Block) {
-        let current = |e: &mut Self, v: ExprTriple| v.map(|id| e.current_value(id));
+        let current = |e: &mut Self, v: ExprTriple| DVec3::from(v.map(|id| e.current_value(id)));
         let (from, look) = (current(self, camera.from), current(self, camera.look));
-        let direction: [f64; 3] = std::array::from_fn(|i| look[i] - from[i]);
-        let length = |v: [f64; 3]| v.iter().map(|c| c * c).sum::<f64>().sqrt();
-        if !camera.auto_framed && length(direction) == 0.0 {
+        let direction = look - from;
+        if !camera.auto_framed && direction.length() == 0.0 {
             let message = "the camera is at the very point that it looks at";
             self.report(Diagnostic::error(codes::E0405, block.kind.span, message));
             return;
         }
         let chosen_up = up.unwrap_or(camera.up);
         let up_direction = current(self, chosen_up);
-        let right = [
-            direction[1] * up_direction[2] - direction[2] * up_direction[1],
-            direction[2] * up_direction[0] - direction[0] * up_direction[2],
-            direction[0] * up_direction[1] - direction[1] * up_direction[0],
-        ];
-        let is_parallel = length(right) <= 1e-6 * length(direction) * length(up_direction);
+        let right = direction.cross(up_direction);
+        let is_parallel = right.length() <= 1e-6 * direction.length() * up_direction.length();
         camera.up = chosen_up;
         if !camera.auto_framed && is_parallel {
             if up.is_some() {
