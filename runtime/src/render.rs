@@ -14,6 +14,7 @@ pub use sdfc_shaders::layout::Surface;
 pub use sdfc_shaders::marching::Status;
 pub use sdfc_vm::settings::Tonemap;
 
+use glam::DVec3;
 use sdfc_shaders::tone;
 use sdfc_vm::vector::V3;
 use std::ops::{ControlFlow, Range};
@@ -98,6 +99,11 @@ impl View {
             up: [0.0, 1.0, 0.0],
             lens: ResolvedLens::Orthographic(height),
         }
+    }
+
+    /// Returns the distance from the camera to the point at the centre of the image.
+    pub fn target_distance(&self) -> f64 {
+        DVec3::from(self.look).distance(self.from.into())
     }
 }
 

@@ -11,6 +11,7 @@ pub use search::ErrorBound;
 
 use crate::render::{FieldFacts, RenderJob, RenderSettings, prepare};
 use crate::settings::field_facts;
+use glam::{DVec3, Vec3};
 use sdfc_vm::bounds::Bounds;
 use sdfc_vm::evaluate::evaluate_f64;
 use sdfc_vm::interval::Interval;
@@ -88,15 +89,15 @@ pub fn error_at(
     point: [f64; 3],
 ) -> PointError {
     let camera = RayFan::new(settings, &prepare(settings, &field_facts(module, outputs)));
-    let from: [f64; 3] = std::array::from_fn(|i| point[i] - camera.origin[i]);
-    let distance = dot(from, from).sqrt().min(camera.far);
+    let from = DVec3::from(point) - camera.origin;
+    let distance = from.length().min(camera.far);
     let coordinate_error = camera.rounding + 2e-7 * distance;
     let bound = error_bound(
         &module.distance,
         point.map(Interval::point),
         [coordinate_error; 3],
     );
-    let ahead = dot(from, camera.axes[0]).max(0.0);
+    let ahead = from.dot(camera.axes[0]).max(0.0);
     let pixel = camera.pixel[0] + camera.pixel[1] * ahead;
     PointError {
         field: bound.error,
@@ -159,15 +160,13 @@ fn max_error_at_distance(program: &Program, distance: f64, plane: bool) -> f64 {
     let mut max_error = 0.0_f64;
     for i in 0..27 {
         let [x, y, z] = [i % 3, i / 3 % 3, i / 9].map(|step| f64::from(step) - 1.0);
-        let direction = [x + 0.11 * y - 0.07 * z, y - 0.11 * x, z + 0.07 * x];
-        let direction = if plane {
-            [direction[0], direction[1], 0.0]
-        } else {
-            direction
-        };
-        let length = direction.iter().map(|v| v * v).sum::<f64>().sqrt();
+        let mut direction = DVec3::new(x + 0.11 * y - 0.07 * z, y - 0.11 * x, z + 0.07 * x);
+        if plane {
+            direction.z = 0.0;
+        }
+        let length = direction.length();
         if length > 0.0 {
-            let p = direction.map(|v| v / length * distance);
+            let p = (direction / length * distance).to_array();
             let coordinate_errors = p.map(|v| v.abs() * UNIT_ROUNDOFF);
             max_error = max_error
                 .max(error_bound(program, p.map(Interval::point), coordinate_errors).error);
@@ -178,9 +177,9 @@ fn max_error_at_distance(program: &Program, distance: f64, plane: bool) -> f64 {
 
 /// The rays of a picture, and the size of its pixels.
 struct RayFan {
-    origin: [f64; 3],
+    origin: DVec3,
     /// Direction of the picture's centre, and those to the right and up.
-    axes: [[f64; 3]; 3],
+    axes: [DVec3; 3],
     /// Half of the picture's width and height where rays start.
     start: [f64; 2],
     /// Growth of these per unit of distance along the view.
@@ -195,22 +194,21 @@ struct RayFan {
 impl RayFan {
     fn new(settings: &RenderSettings, picture: &RenderJob) -> Self {
         let u = &picture.uniforms;
-        let wide = |v: [f32; 3]| v.map(f64::from);
-        let length = |v: [f64; 3]| dot(v, v).sqrt();
+        let wide = |v: [f32; 3]| Vec3::from(v).as_dvec3();
         let [right, up] = [
             [wide(u.origin_right), wide(u.forward_right)],
             [wide(u.origin_up), wide(u.forward_up)],
         ];
-        let direction = |[start, growth]: [[f64; 3]; 2]| {
-            let sum: [f64; 3] = std::array::from_fn(|i| start[i] + growth[i]);
-            sum.map(|v| v / length(sum).max(1e-30))
+        let direction = |[start, growth]: [DVec3; 2]| {
+            let sum = start + growth;
+            sum / sum.length().max(1e-30)
         };
         let samples = f64::from(settings.aa.max(1));
         Self {
             origin: wide(u.origin),
             axes: [wide(u.forward), direction(right), direction(up)],
-            start: [length(right[0]), length(up[0])],
-            growth: [length(right[1]), length(up[1])],
+            start: [right[0].length(), up[0].length()],
+            growth: [right[1].length(), up[1].length()],
             pixel: [u.footprint, u.footprint_growth].map(|half| 2.0 * samples * f64::from(half)),
             rounding: u.rounding.into(),
             far: u.far.into(),
@@ -222,8 +220,8 @@ impl RayFan {
         let far_growth = self.growth.map(|growth| growth * self.far);
         let lateral = self.start[0] + self.start[1] + far_growth[0] + far_growth[1];
         let point = Bounds {
-            min: self.origin,
-            max: self.origin,
+            min: self.origin.into(),
+            max: self.origin.into(),
         };
         point.grown(self.far + lateral)
     }
@@ -237,14 +235,10 @@ impl RayFan {
         let offset = |extent: [f64; 2]| [extent[0] * horizontal, extent[1] * vertical];
         let (start_offset, growth_offset) = (offset(self.start), offset(self.growth));
         let [forward, right, above] = self.axes;
-        let start_point: [f64; 3] = std::array::from_fn(|i| {
-            self.origin[i] + right[i] * start_offset[0] + above[i] * start_offset[1]
-        });
-        let direction: [f64; 3] = std::array::from_fn(|i| {
-            forward[i] + right[i] * growth_offset[0] + above[i] * growth_offset[1]
-        });
-        let length = dot(direction, direction).sqrt().max(1e-30);
-        let point_at = |t: f64| std::array::from_fn(|i| start_point[i] + direction[i] / length * t);
+        let start_point = self.origin + right * start_offset[0] + above * start_offset[1];
+        let direction = forward + right * growth_offset[0] + above * growth_offset[1];
+        let direction = direction / direction.length().max(1e-30);
+        let point_at = |t: f64| (start_point + direction * t).to_array();
         let mut t = 0.0;
         let mut is_near_surface = false;
         for _ in 0..MAX_STEPS {
@@ -271,33 +265,22 @@ impl RayFan {
             max: region_box.map(|side| side.hi),
         };
         let corners = bounds.corners().map(|corner| {
-            let from: [f64; 3] = std::array::from_fn(|i| corner[i] - self.origin[i]);
-            self.axes.map(|axis| dot(from, axis))
+            let from = DVec3::from(corner) - self.origin;
+            DVec3::from(self.axes.map(|axis| from.dot(axis)))
         });
-        let all_corners = |side: &dyn Fn(&[f64; 3]) -> bool| corners.iter().all(side);
+        let all_corners = |side: &dyn Fn(&DVec3) -> bool| corners.iter().all(side);
         let is_hidden = all_corners(&|v| v[0] < 0.0)
             || (0..2).any(|i| {
                 let half = |ahead: f64| self.start[i] + self.growth[i] * ahead;
                 all_corners(&|v| v[i + 1] > half(v[0])) || all_corners(&|v| v[i + 1] < -half(v[0]))
             });
-        let gap_along = |i: usize| {
-            let (below, above) = (
-                bounds.min[i] - self.origin[i],
-                self.origin[i] - bounds.max[i],
-            );
-            below.max(above).max(0.0)
-        };
-        let gap = [gap_along(0), gap_along(1), gap_along(2)];
         // Rays that start beside the origin pass closer to the box than the origin is.
         let start_radius = self.start[0].hypot(self.start[1]);
-        let nearest = (dot(gap, gap).sqrt() - start_radius).max(0.0);
+        let nearest = (bounds.distance(self.origin.into()) - start_radius).max(0.0);
         if is_hidden || nearest > self.far {
             return None;
         }
-        let farthest = corners
-            .iter()
-            .map(|&v| dot(v, v).sqrt())
-            .fold(0.0, f64::max);
+        let farthest = corners.iter().map(|v| v.length()).fold(0.0, f64::max);
         let coordinate_error = self.rounding + 2e-7 * farthest.min(self.far);
         let pixel = self.pixel[0] + self.pixel[1] * nearest;
         let size = self.start[1] + self.growth[1] * nearest;
@@ -307,8 +290,4 @@ impl RayFan {
             max_half_diagonal: size / 2.0,
         })
     }
-}
-
-fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }

@@ -14,6 +14,7 @@ use crate::render::{
     ResolvedLens, ResolvedLight, ResolvedShadow, Surface, Tonemap, View,
 };
 use framing::{FramingTarget, framed_view, plane_view};
+use glam::DVec3;
 use sdfc_vm::bounds::Bounds;
 use sdfc_vm::outline::Outline;
 use sdfc_vm::program::Module;
@@ -272,8 +273,7 @@ fn camera<'a>(
 /// The distance of a camera from its target; `None` for an automatic camera.
 fn camera_target_distance(camera: &scene::Camera, outputs: &[f64]) -> Option<f64> {
     let [from, look] = [camera.from, camera.look].map(|p| p.map(|v| v.value(outputs)));
-    let squares = (0..3).map(|axis| (from[axis] - look[axis]).powi(2));
-    let distance = squares.sum::<f64>().sqrt();
+    let distance = DVec3::from(from).distance(look.into());
     (!camera.auto_framed && distance.is_finite()).then_some(distance)
 }
 

@@ -5,6 +5,7 @@ use crate::render::{
     LightEmitter, Mode, RenderSettings, ResolvedLens, ResolvedLight, ResolvedShadow, Stats,
 };
 use crate::settings::finite_bounds;
+use glam::DVec3;
 use sdfc_shaders::marching;
 use sdfc_vm::bounds::Bounds;
 use sdfc_vm::evaluate::evaluate;
@@ -133,14 +134,10 @@ fn nothing_visible_reason(module: &Module, settings: &RenderSettings) -> String 
         format_point(bounds.min),
         format_point(bounds.max)
     );
-    let view_direction: [f64; 3] = std::array::from_fn(|i| view.look[i] - view.from[i]);
-    let is_ahead = |p: &[f64; 3]| {
-        (0..3)
-            .map(|i| (p[i] - view.from[i]) * view_direction[i])
-            .sum::<f64>()
-            > 0.0
-    };
-    if !bounds.corners().iter().any(is_ahead) {
+    let from = DVec3::from(view.from);
+    let view_direction = DVec3::from(view.look) - from;
+    let is_ahead = |p: [f64; 3]| (DVec3::from(p) - from).dot(view_direction) > 0.0;
+    if !bounds.corners().into_iter().any(is_ahead) {
         return format!(
             "the camera at {} looks away, towards {}, and {extent_text}",
             format_point(view.from),
@@ -149,8 +146,7 @@ fn nothing_visible_reason(module: &Module, settings: &RenderSettings) -> String 
     }
     let size = bounds.half_diagonal();
     let centre = bounds.centre();
-    let squared = (0..3).map(|i| (centre[i] - view.from[i]).powi(2));
-    let distance = squared.sum::<f64>().sqrt();
+    let distance = from.distance(centre.into());
     if distance - size > settings.far {
         return format!(
             "{extent_text}, and rays go no farther than {} (`far`)",
@@ -181,9 +177,8 @@ fn nothing_visible_reason(module: &Module, settings: &RenderSettings) -> String 
 fn min_visible_depth(point: [f64; 3], camera: [f64; 3]) -> f64 {
     let max_coordinate = point.into_iter().chain(camera);
     let max_coordinate = max_coordinate.map(f64::abs).fold(0.0, f64::max);
-    let squared_distance: f64 = (0..3).map(|i| (point[i] - camera[i]).powi(2)).sum();
     let rounding = marching::rounding_at(
-        squared_distance.sqrt(),
+        DVec3::from(point).distance(camera.into()),
         marching::ROUNDING_PER_UNIT * max_coordinate,
     );
     marching::sign_margin(rounding, 1.0, 0.0)

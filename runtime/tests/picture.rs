@@ -8,6 +8,7 @@ mod divided;
 mod light;
 
 use analytic::{Analytic, Formula, Sphere};
+use glam::{DVec3, Vec3};
 use sdfc_runtime::cpu::{RenderField, render};
 use sdfc_runtime::render::{
     CellMode, Image, LightEmitter, Lighting, Mode, Normals, Occlusion, RenderSettings,
@@ -55,16 +56,19 @@ fn render_image(field: &dyn RenderField, settings: &RenderSettings) -> Image {
     render(field, &picture, &|_| ()).expect("nothing stops it")
 }
 
+/// The normal of a pixel, in `f64`.
+fn normal_at(image: &Image, pixel: usize) -> DVec3 {
+    Vec3::from(image.normal[pixel]).as_dvec3()
+}
+
 /// The ray through the centre of a pixel, in `f64` and from the settings alone.
-fn ray(settings: &RenderSettings, x: usize, y: usize) -> ([f64; 3], [f64; 3]) {
+fn ray(settings: &RenderSettings, x: usize, y: usize) -> (DVec3, DVec3) {
     let view = &settings.view;
-    let unit = |v: [f64; 3]| {
-        let length = dot(v, v).sqrt();
-        v.map(|c| c / length)
-    };
-    let forward = unit(std::array::from_fn(|i| view.look[i] - view.from[i]));
-    let right = unit(cross(forward, view.up));
-    let up = cross(right, forward);
+    let from = DVec3::from(view.from);
+    let unit = |v: DVec3| v / v.length();
+    let forward = unit(DVec3::from(view.look) - from);
+    let right = unit(forward.cross(view.up.into()));
+    let up = right.cross(forward);
     let [w, h] = settings.size.map(f64::from);
     let (u, v) = (
         (x as f64 + 0.5) / w * 2.0 - 1.0,
@@ -73,39 +77,22 @@ fn ray(settings: &RenderSettings, x: usize, y: usize) -> ([f64; 3], [f64; 3]) {
     match view.lens {
         ResolvedLens::Perspective(fov) => {
             let k = (fov / 2.0).tan();
-            let direction =
-                std::array::from_fn(|i| forward[i] + k * (right[i] * u * w / h + up[i] * v));
-            (view.from, unit(direction))
+            let direction = forward + k * (right * u * w / h + up * v);
+            (from, unit(direction))
         }
         ResolvedLens::Orthographic(height) => {
             let k = height / 2.0;
-            let from =
-                std::array::from_fn(|i| view.from[i] + k * (right[i] * u * w / h + up[i] * v));
-            (from, forward)
+            (from + k * (right * u * w / h + up * v), forward)
         }
     }
 }
 
-fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-}
-fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    [
-        a[1] * b[2] - a[2] * b[1],
-        a[2] * b[0] - a[0] * b[2],
-        a[0] * b[1] - a[1] * b[0],
-    ]
-}
-
 /// The parameters at which a ray enters and leaves a sphere, if it hits it.
-fn sphere_crossings(
-    sphere: &Sphere,
-    (from, direction): ([f64; 3], [f64; 3]),
-) -> Option<(f64, f64)> {
-    let to: [f64; 3] = std::array::from_fn(|i| sphere.centre[i] - from[i]);
-    let middle = dot(to, direction);
-    let aside: [f64; 3] = std::array::from_fn(|i| to[i] - middle * direction[i]);
-    let half = sphere.radius * sphere.radius - dot(aside, aside);
+fn sphere_crossings(sphere: &Sphere, (from, direction): (DVec3, DVec3)) -> Option<(f64, f64)> {
+    let to = DVec3::from(sphere.centre) - from;
+    let middle = to.dot(direction);
+    let aside = to - middle * direction;
+    let half = sphere.radius * sphere.radius - aside.length_squared();
     (half >= 0.0).then(|| (middle - half.sqrt(), middle + half.sqrt()))
 }
 
@@ -256,18 +243,16 @@ fn a_telescope_sees_a_ball_as_round_as_it_is() {
                 assert!(is_near_miss || missed, "{lens:?}, pixel {index}");
                 continue;
             };
-            let normal: [f64; 3] = std::array::from_fn(|i| {
-                (from[i] + enter * direction[i] - ball.centre[i]) / ball.radius
-            });
+            let normal = (from + enter * direction - DVec3::from(ball.centre)) / ball.radius;
             // At the edge a tiny offset rotates the normal.
-            if -dot(normal, direction) < 0.2 {
+            if -normal.dot(direction) < 0.2 {
                 continue;
             }
             assert_eq!(image.status[index], Status::Hit, "{lens:?}, pixel {index}");
             let depth = f64::from(image.depth[index]);
             assert!((depth - enter).abs() < 0.1, "{lens:?}: {depth} {enter}");
-            let cross_product = cross(normal, image.normal[index].map(f64::from));
-            worst = worst.max(dot(cross_product, cross_product).sqrt().to_degrees());
+            let sine = normal.cross(normal_at(&image, index)).length();
+            worst = worst.max(sine.to_degrees());
             hits += 1;
         }
         assert!(hits > 40, "{lens:?}: {hits} hits");
@@ -375,10 +360,7 @@ fn from_inside_the_far_side_is_seen() {
             let index = y * image.width + x;
             assert!((f64::from(image.depth[index]) - leave).abs() < 1e-5 * leave);
             // The surface faces the camera.
-            let facing: f64 = (0..3)
-                .map(|i| f64::from(image.normal[index][i]) * ray.1[i])
-                .sum();
-            assert!(facing < 0.0);
+            assert!(normal_at(&image, index).dot(ray.1) < 0.0);
         }
     }
 }
@@ -503,14 +485,14 @@ fn bounds_change_nothing_but_the_work() {
         }
         // Rays that only touch the sphere have no well-defined root.
         let (_, way) = ray(&settings(), at % 96, at / 96);
-        let slanted = -dot(free.normal[at].map(f64::from), way) < 0.1;
+        let facing = -normal_at(&free, at).dot(way);
+        let slanted = facing < 0.1;
         if free.status[at] == Status::Hit && !slanted {
             let (a, b) = (free.depth[at], bound.depth[at]);
             assert!(
                 (a - b).abs() < 1e-5 * a,
-                "{a} {b}, {:?} {}",
-                free.normal[at],
-                dot(free.normal[at].map(f64::from), way)
+                "{a} {b}, {:?} {facing}",
+                free.normal[at]
             );
         }
     }
@@ -559,9 +541,8 @@ fn all_ways_to_find_normals_agree() {
         let mut angles: Vec<f64> = (0..image.normal.len())
             .filter(|&index| exact.status[index] == Status::Hit)
             .map(|index| {
-                let [a, b] = [exact.normal[index], image.normal[index]].map(|n| n.map(f64::from));
-                let sine = cross(a, b);
-                dot(sine, sine).sqrt().asin().to_degrees()
+                let sine = normal_at(&exact, index).cross(normal_at(&image, index));
+                sine.length().asin().to_degrees()
             })
             .collect();
         angles.sort_by(f64::total_cmp);

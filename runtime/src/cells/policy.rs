@@ -3,6 +3,7 @@
 use super::{Aabb, CellSpec, Refine, Subdivision};
 use crate::render::plane::face_on_plane;
 use crate::render::{CellMode, PixelPlane, RenderJob};
+use glam::Vec3;
 use sdfc_shaders::interpreter::cut::MAX_TAPE_CLAUSES;
 use sdfc_shaders::layout::{self, FrameUniforms};
 use sdfc_vm::program::{Code, Program};
@@ -58,7 +59,7 @@ fn scene_extent(frame: &FrameUniforms) -> Option<Aabb> {
     // Rays of an orthographic view start away from its centre.
     let view_extent: f32 = [frame.origin_right, frame.origin_up]
         .iter()
-        .map(|v| v.iter().map(|x| x * x).sum::<f32>().sqrt())
+        .map(|&v| Vec3::from(v).length())
         .sum();
     let far = (frame.far + view_extent).min(1e9);
     let low: [f32; 3] = std::array::from_fn(|i| frame.bounds_min[i].max(camera[i] - far));
@@ -329,14 +330,14 @@ impl PixelSize {
 impl Refine for PixelSize {
     fn should_split(&self, region: &Aabb, clauses: usize, _: f32) -> bool {
         let side = region.longest_side();
-        let axis_distance = |axis: usize| {
-            (region.low[axis] - self.camera[axis])
-                .max(self.camera[axis] - region.high[axis])
-                .max(0.0)
-        };
-        let [x, y, z] = [0, 1, 2].map(axis_distance);
+        let camera = Vec3::from(self.camera);
+        let (below, above) = (
+            Vec3::from(region.low) - camera,
+            camera - Vec3::from(region.high),
+        );
+        let gap = below.max(above).max(Vec3::ZERO);
         // Measured from inside a cell, its far parts count.
-        let distance = (x * x + y * y + z * z).sqrt().max(side * 0.25);
+        let distance = gap.length().max(side * 0.25);
         let pixel = self.footprint + self.growth * distance;
         let max_pixels = if clauses <= TRIVIAL_TAPE_CLAUSES {
             MAX_TRIVIAL_LEAF_PIXELS
@@ -356,9 +357,8 @@ pub(crate) fn raw_field_cells(frame: &FrameUniforms) -> Option<(Aabb, PixelSize)
     let side = enclosing_cube(&extent, ROUNDING_MARGIN).longest_side();
     let pixels = PixelSize::from_uniforms(frame);
     let middle: [f32; 3] = std::array::from_fn(|i| (extent.low[i] + extent.high[i]) / 2.0);
-    let offsets_sq =
-        (0..3).map(|i| (middle[i] - pixels.camera[i]) * (middle[i] - pixels.camera[i]));
-    let pixel = pixels.footprint + pixels.growth * offsets_sq.sum::<f32>().sqrt();
+    let distance = Vec3::from(middle).distance(pixels.camera.into());
+    let pixel = pixels.footprint + pixels.growth * distance;
     let leaf = (side * pixel)
         .sqrt()
         .clamp(side * 1e-5, side * RAW_MAX_LEAF_FRACTION);

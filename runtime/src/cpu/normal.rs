@@ -8,6 +8,7 @@ use super::tile::Tile;
 use super::{Evaluator, F32x64, LANES, Points, Query};
 use crate::render::ray::{camera_ray, vector};
 use doubtful::DoubtfulNormal;
+use glam::Vec3;
 use sdfc_shaders::features::Normals;
 use sdfc_shaders::layout::{FrameUniforms, Surface};
 use sdfc_shaders::marching::{self, FROM_INSIDE};
@@ -259,9 +260,8 @@ pub(super) fn direction(gradient: [f32; 3]) -> [f32; 3] {
     if !(largest > 1e-30 && largest < 1e30) {
         return [0.0, 1.0, 0.0];
     }
-    let [x, y, z] = gradient.map(|v| v * (1.0 / largest));
-    let scale = 1.0 / (x * x + y * y + z * z).sqrt();
-    [x * scale, y * scale, z * scale]
+    let v = Vec3::from(gradient) * (1.0 / largest);
+    (v * (1.0 / v.length())).into()
 }
 
 /// Writes a point to a lane.

@@ -2,6 +2,7 @@
 //! error of the engine that does it.
 
 use crate::render::{Axes, RenderSettings, ResolvedLens};
+use glam::DVec3;
 use sdfc_shaders::camera;
 use sdfc_vm::vector::{V2, V3};
 
@@ -17,7 +18,7 @@ pub struct ReferenceRay {
 impl ReferenceRay {
     /// Returns the point at `t`.
     pub fn at(&self, t: f64) -> [f64; 3] {
-        std::array::from_fn(|axis| self.origin[axis] + t * self.direction[axis])
+        (DVec3::from(self.origin) + t * DVec3::from(self.direction)).into()
     }
 }
 
@@ -34,7 +35,7 @@ impl ReferenceCamera {
     /// Creates the camera that these settings describe.
     pub fn new(settings: &RenderSettings) -> Self {
         let height = f64::from(settings.size[1].max(1));
-        let across = |v: [f64; 3]| v.iter().map(|x| x * x).sum::<f64>().sqrt() / height;
+        let across = |v: [f64; 3]| DVec3::from(v).length() / height;
         let axes = Axes::from_settings(settings);
         let (footprint, growth) = match settings.view.lens {
             ResolvedLens::Perspective(_) => (0.0, across(axes.forward_up)),
@@ -77,8 +78,7 @@ impl ReferenceCamera {
 
     /// Returns the ratio of a ray's length to that of the central ray, up to the same plane across the view.
     pub fn slant(&self, ray: &ReferenceRay) -> f64 {
-        let along = (0..3).map(|axis| ray.direction[axis] * self.axes.forward[axis]);
-        1.0 / along.sum::<f64>()
+        1.0 / DVec3::from(ray.direction).dot(self.axes.forward.into())
     }
 
     /// Returns half of a pixel's height at `t` along its ray.

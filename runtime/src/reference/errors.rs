@@ -3,6 +3,7 @@
 use super::{GroundTruth, Outcome, PixelClass};
 use crate::render::{Geometry, Image, Status};
 use crate::verify::Percentiles;
+use glam::DVec3;
 use serde::Serialize;
 
 /// The compared channels of a picture, pixel by pixel, row after row.
@@ -153,10 +154,10 @@ fn ulp(v: f32) -> f64 {
 
 /// Returns the angle between a unit vector and a vector in degrees, accurate also where the cosine is not.
 fn degrees_between(a: [f64; 3], b: [f64; 3]) -> f64 {
-    let length = b.iter().map(|v| v * v).sum::<f64>().sqrt();
+    let (a, b) = (DVec3::from(a), DVec3::from(b));
+    let length = b.length();
     if length == 0.0 || length.is_nan() {
         return 180.0;
     }
-    let chord_squared: f64 = (0..3).map(|i| (a[i] - b[i] / length).powi(2)).sum();
-    (2.0 * (chord_squared.sqrt() / 2.0).min(1.0).asin()).to_degrees()
+    (2.0 * (a.distance(b / length) / 2.0).min(1.0).asin()).to_degrees()
 }

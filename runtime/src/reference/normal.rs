@@ -1,6 +1,7 @@
 //! Surface normals at hits, by duals of `f64`, and detection of edges.
 
 use super::field::ReferenceField;
+use glam::DVec3;
 
 /// Cosine of the largest angle, 0.1°, between a hit's direction and those next to it. A larger angle so close
 /// means several faces.
@@ -16,12 +17,12 @@ pub(super) fn normal(
     radius: f64,
     side: f64,
 ) -> Option<[f64; 3]> {
-    let gradient = field.gradient(p);
-    let size = length(gradient);
+    let gradient = DVec3::from(field.gradient(p));
+    let size = gradient.length();
     if !(size > 1e-30 && size < 1e30) {
         return None;
     }
-    let normal = gradient.map(|v| v * side / size);
+    let normal = (gradient * side / size).into();
     (!direction_varies(field, p, normal, radius, MIN_SAME_DIRECTION_COSINE)).then_some(normal)
 }
 
@@ -33,11 +34,11 @@ pub(super) fn likely_normal(
     direction: [f64; 3],
     side: f64,
 ) -> [f64; 3] {
-    let gradient = field.gradient(p).map(|v| v * side);
-    let size = length(gradient);
-    let faces_eye = dot(gradient, direction) < 0.0;
+    let gradient = DVec3::from(field.gradient(p)) * side;
+    let size = gradient.length();
+    let faces_eye = gradient.dot(direction.into()) < 0.0;
     match faces_eye && size > 1e-30 && size < 1e30 {
-        true => gradient.map(|v| v / size),
+        true => (gradient / size).into(),
         false => direction.map(|v| -v),
     }
 }
@@ -56,33 +57,16 @@ fn direction_varies(
     radius: f64,
     cosine: f64,
 ) -> bool {
-    let smallest = (0..3).min_by(|&a, &b| normal[a].abs().total_cmp(&normal[b].abs()));
-    let mut axis = [0.0; 3];
-    axis[smallest.unwrap_or(0)] = 1.0;
-    let u = cross(normal, axis);
-    let u = u.map(|v| v / length(u));
-    let v = cross(normal, u);
+    let (p, normal) = (DVec3::from(p), DVec3::from(normal));
+    let u = normal.cross(DVec3::AXES[normal.abs().min_position()]);
+    let u = u / u.length();
+    let v = normal.cross(u);
     (0..8).any(|i| {
         let (sin, cos) = (f64::from(i) * std::f64::consts::FRAC_PI_4).sin_cos();
-        let neighbor =
-            std::array::from_fn(|axis| p[axis] + radius * (u[axis] * cos + v[axis] * sin));
-        let gradient = field.gradient(neighbor);
-        let projection = dot(gradient, normal).abs();
+        let neighbor = p + radius * (u * cos + v * sin);
+        let gradient = DVec3::from(field.gradient(neighbor.into()));
+        let projection = gradient.dot(normal).abs();
         // NaN is no direction either.
-        !(projection >= cosine * length(gradient) && length(gradient) > 0.0)
+        !(projection >= cosine * gradient.length() && gradient.length() > 0.0)
     })
-}
-
-fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-}
-fn length(a: [f64; 3]) -> f64 {
-    dot(a, a).sqrt()
-}
-fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    [
-        a[1] * b[2] - a[2] * b[1],
-        a[2] * b[0] - a[0] * b[2],
-        a[0] * b[1] - a[1] * b[0],
-    ]
 }

@@ -2,6 +2,7 @@
 
 use super::camera::ReferenceCamera;
 use super::{Outcome, RayEnd};
+use glam::DVec3;
 use serde::Serialize;
 
 /// Class of a pixel, by the truth of the 3 × 3 pixels around it.
@@ -71,6 +72,6 @@ fn is_on_tangent_plane(
     let (Some(n), Some(p), Some(q)) = (normal, point, neighbor) else {
         return false;
     };
-    let distance: f64 = (0..3).map(|axis| (q[axis] - p[axis]) * n[axis]).sum();
+    let distance = (DVec3::from(q) - DVec3::from(p)).dot(n.into());
     distance.abs() <= max_distance
 }

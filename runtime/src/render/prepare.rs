@@ -4,6 +4,7 @@ use super::{
     CellMode, Display, FieldFacts, Image, LightEmitter, RenderSettings, ResolvedLens,
     ResolvedLight, ResolvedShadow, Stats, Status, View,
 };
+use glam::DVec3;
 use sdfc_shaders::assemble::shows_light;
 use sdfc_shaders::features::{self, Features, Mode, Occlusion};
 use sdfc_shaders::{layout, marching, normals, occlusion, shadow};
@@ -97,35 +98,34 @@ impl Axes {
 
     /// The axes for a view, with `aspect` = width / height.
     pub fn from_view(view: &View, aspect: f64) -> Self {
-        let forward = unit(sub(view.look, view.from), [0.0, 0.0, -1.0]);
+        let view_up = DVec3::from(view.up);
+        let forward = (DVec3::from(view.look) - DVec3::from(view.from)).normalize_or(DVec3::NEG_Z);
         // An `up` parallel to the view is undefined; any perpendicular direction is then valid.
-        let across = cross(forward, view.up);
-        let right = if length(across) > 1e-9 * length(view.up) {
-            unit(across, [1.0, 0.0, 0.0])
+        let across = forward.cross(view_up);
+        let across = if across.length() > 1e-9 * view_up.length() {
+            across
+        } else if forward.y.abs() < 0.9 {
+            forward.cross(DVec3::Y)
         } else {
-            let fallback = if forward[1].abs() < 0.9 {
-                [0.0, 1.0, 0.0]
-            } else {
-                [0.0, 0.0, -1.0]
-            };
-            unit(cross(forward, fallback), [1.0, 0.0, 0.0])
+            forward.cross(DVec3::NEG_Z)
         };
-        let up = cross(right, forward);
+        let right = across.normalize_or(DVec3::X);
+        let up = right.cross(forward);
         let (start, growth) = spans(view.lens);
         Self {
             origin: view.from,
-            origin_right: scaled(right, start * aspect),
-            origin_up: scaled(up, start),
-            forward,
-            forward_right: scaled(right, growth * aspect),
-            forward_up: scaled(up, growth),
+            origin_right: (right * (start * aspect)).into(),
+            origin_up: (up * start).into(),
+            forward: forward.into(),
+            forward_right: (right * (growth * aspect)).into(),
+            forward_up: (up * growth).into(),
         }
     }
 
     /// These rays, starting on the plane at this distance ahead.
     fn ahead(self, distance: f64) -> Self {
         let moved = |point: [f64; 3], direction: [f64; 3]| {
-            std::array::from_fn(|axis| point[axis] + direction[axis] * distance)
+            (DVec3::from(point) + DVec3::from(direction) * distance).into()
         };
         Self {
             origin: moved(self.origin, self.forward),
@@ -153,7 +153,7 @@ pub fn prepare(settings: &RenderSettings, facts: &FieldFacts) -> RenderJob {
     let axes = Axes::from_settings(settings);
     let [width, height] = settings.size.map(|n| f64::from(n.max(1)));
     let aa = settings.aa.max(1);
-    let distance = length(sub(view.look, view.from));
+    let distance = view.target_distance();
     let (start, growth) = spans(view.lens);
     let approach = approach(settings, facts, axes.forward);
     let axes = axes.ahead(approach);
@@ -199,7 +199,7 @@ pub fn prepare(settings: &RenderSettings, facts: &FieldFacts) -> RenderJob {
         fog: lighting.fog.unwrap_or(0.0) as f32,
         sky_ground: single(lighting.sky_ground),
         exposure: settings.exposure as f32,
-        sky_up: single(unit(lighting.up, [0.0, 1.0, 0.0])),
+        sky_up: unit(lighting.up),
         id: material.id,
         albedo: material.albedo,
         roughness: material.roughness,
@@ -273,8 +273,7 @@ fn approach(settings: &RenderSettings, facts: &FieldFacts, forward: [f64; 3]) ->
         return 0.0;
     }
     let radius = facts.bounds.half_diagonal() * 1.01;
-    let to = sub(facts.bounds.centre(), settings.view.from);
-    let distance = dot(to, forward) - 2.0 * radius;
+    let distance = centre_depth(settings, facts, forward) - 2.0 * radius;
     // If rays end inside the scene, so do shadows; then the start is not moved.
     let reaches_past_scene = settings.far > distance + 4.0 * radius;
     if radius > 0.0 && distance > FAR_DISTANCE_IN_SIZES * radius && reaches_past_scene {
@@ -282,6 +281,12 @@ fn approach(settings: &RenderSettings, facts: &FieldFacts, forward: [f64; 3]) ->
     } else {
         0.0
     }
+}
+
+/// The depth of the scene's centre.
+fn centre_depth(settings: &RenderSettings, facts: &FieldFacts, forward: [f64; 3]) -> f64 {
+    let to = DVec3::from(facts.bounds.centre()) - DVec3::from(settings.view.from);
+    to.dot(forward.into())
 }
 
 /// The largest finite side of the bounds, else the largest finite coordinate, else 1.
@@ -298,12 +303,12 @@ fn finite_size(facts: &FieldFacts) -> f64 {
 
 /// The nearest and farthest depth of the scene, for greys.
 fn depth_range(settings: &RenderSettings, facts: &FieldFacts, forward: [f64; 3]) -> [f64; 2] {
-    let distance = length(sub(settings.view.look, settings.view.from));
+    let distance = settings.view.target_distance();
     if !facts.bounds.is_finite() {
         return [0.0, (2.0 * distance).min(settings.far)];
     }
-    let to = sub(facts.bounds.centre(), settings.view.from);
-    let (middle, radius) = (dot(to, forward), facts.bounds.half_diagonal());
+    let middle = centre_depth(settings, facts, forward);
+    let radius = facts.bounds.half_diagonal();
     [
         (middle - radius).max(0.0),
         (middle + radius).min(settings.far),
@@ -349,11 +354,11 @@ fn shadow_form(shadow: ResolvedShadow) -> (features::ShadowForm, f64) {
 fn light(light: &ResolvedLight) -> layout::LightRecord {
     let (kind, size) = shadow_form(light.shadow);
     let (position, is_point) = match light.source {
-        LightEmitter::Directional(direction) => (unit(direction, [0.0, 1.0, 0.0]), 0.0),
-        LightEmitter::Point(position) => (position, 1.0),
+        LightEmitter::Directional(direction) => (unit(direction), 0.0),
+        LightEmitter::Point(position) => (single(position), 1.0),
     };
     layout::LightRecord {
-        position: single(position),
+        position,
         is_positional: is_point,
         color: single(light.color),
         size: size.max(1e-5) as f32,
@@ -365,31 +370,8 @@ fn light(light: &ResolvedLight) -> layout::LightRecord {
 fn single(v: [f64; 3]) -> [f32; 3] {
     v.map(|x| x as f32)
 }
-fn sub(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
-}
-fn scaled(a: [f64; 3], by: f64) -> [f64; 3] {
-    a.map(|x| x * by)
-}
-fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-}
-fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    [
-        a[1] * b[2] - a[2] * b[1],
-        a[2] * b[0] - a[0] * b[2],
-        a[0] * b[1] - a[1] * b[0],
-    ]
-}
-fn length(a: [f64; 3]) -> f64 {
-    dot(a, a).sqrt()
-}
-/// The unit vector, or `otherwise` for a vector without a direction.
-fn unit(a: [f64; 3], otherwise: [f64; 3]) -> [f64; 3] {
-    let size = length(a);
-    if size > 0.0 && size.is_finite() {
-        scaled(a, 1.0 / size)
-    } else {
-        otherwise
-    }
+
+/// The unit vector, or the y axis for a vector without a direction.
+fn unit(v: [f64; 3]) -> [f32; 3] {
+    single(DVec3::from(v).normalize_or(DVec3::Y).into())
 }

@@ -6,6 +6,7 @@
 //! alone.
 
 use crate::render::{ResolvedLens, View};
+use glam::DVec3;
 use sdfc_vm::bounds::Bounds;
 use sdfc_vm::outline::Outline;
 
@@ -97,22 +98,20 @@ impl FramingTarget {
 
     /// The maximum length of rays: beyond the bounds, if they are finite.
     pub(super) fn far(&self, view: &View) -> f64 {
-        let camera = DirectionVector(view.from);
         if self.bounds.is_empty() {
             return 1.0;
         }
         if self.bounds.is_finite() {
-            let centre = DirectionVector(self.bounds.centre());
+            let distance = DVec3::from(view.from).distance(self.bounds.centre().into());
             let radius = self.bounds.half_diagonal();
             // Rays of a wide orthographic view start beside the camera.
             let lateral = match view.lens {
                 ResolvedLens::Perspective(_) => 0.0,
                 ResolvedLens::Orthographic(height) => 4.0 * height,
             };
-            return 1.01 * (camera.minus(centre).length() + radius + lateral) + 1e-3 * radius;
+            return 1.01 * (distance + radius + lateral) + 1e-3 * radius;
         }
-        let distance = camera.minus(DirectionVector(view.look)).length();
-        UNBOUNDED_FAR_DISTANCES * distance.max(self.size)
+        UNBOUNDED_FAR_DISTANCES * view.target_distance().max(self.size)
     }
 
     /// The radius of occlusion: about the size of a crevice.
@@ -135,12 +134,12 @@ pub(super) fn plane_view(target: &FramingTarget, aspect: f64) -> View {
 /// except for the margin.
 pub(super) fn framed_view(view: &View, outline: &Outline, aspect: f64) -> View {
     let ViewAxes { right, up, back } = ViewAxes::from_view(view);
-    let support = |v: DirectionVector| outline.support(v.0);
-    let (front, rear) = (support(back), -support(back.times(-1.0)));
+    let support = |v: DVec3| outline.support(v.into());
+    let (front, rear) = (support(back), -support(-back));
     let size = outline.bounds().half_diagonal();
     // Along one axis of the image: the centre of the view and the distance of the camera.
-    let along = |axis: DirectionVector, tangent: f64| {
-        let [plus, minus] = [1.0, -1.0].map(|sign| support(axis.times(sign).plus(back, tangent)));
+    let along = |axis: DVec3, tangent: f64| {
+        let [plus, minus] = [axis, -axis].map(|side| support(side + back * tangent));
         let distance = (plus + minus) / (2.0 * tangent);
         ((plus - minus) / 2.0, distance)
     };
@@ -155,17 +154,18 @@ pub(super) fn framed_view(view: &View, outline: &Outline, aspect: f64) -> View {
             (x, y, distance, view.lens)
         }
         ResolvedLens::Orthographic(_) => {
-            let [width, height] = [right, up].map(|axis| support(axis) + support(axis.times(-1.0)));
-            let [x, y] = [right, up].map(|axis| (support(axis) - support(axis.times(-1.0))) / 2.0);
+            let [width, height] = [right, up].map(|axis| support(axis) + support(-axis));
+            let [x, y] = [right, up].map(|axis| (support(axis) - support(-axis)) / 2.0);
             let height = height.max(width / aspect) / FILLED_FRACTION;
             let height = if height > 0.0 { height } else { 1.0 };
             (x, y, front + 2.0 * size, ResolvedLens::Orthographic(height))
         }
     };
-    let middle = DirectionVector([0.0; 3]).plus(right, x).plus(up, y);
+    // Added to zero, no coordinate is a negative zero.
+    let middle = DVec3::ZERO + right * x + up * y;
     View {
-        from: middle.plus(back, distance).0,
-        look: middle.plus(back, (front + rear) / 2.0).0,
+        from: (middle + back * distance).into(),
+        look: (middle + back * ((front + rear) / 2.0)).into(),
         up: view.up,
         lens,
     }
@@ -174,95 +174,56 @@ pub(super) fn framed_view(view: &View, outline: &Outline, aspect: f64) -> View {
 /// The distance of a view's camera from the near side of the outline.
 pub(super) fn distance_to(view: &View, outline: &Outline) -> f64 {
     let back = ViewAxes::from_view(view).back;
-    (back.dot(DirectionVector(view.from)) - outline.support(back.0)).max(0.0)
+    (back.dot(view.from.into()) - outline.support(back.into())).max(0.0)
 }
 
 /// Rotates a view about its target: by `turn` about the up axis, and by `raise` in elevation, in radians.
 pub(super) fn rotated_view(view: &View, turn: f64, raise: f64) -> View {
-    let up = DirectionVector(view.up)
-        .unit()
-        .unwrap_or(DirectionVector([0.0, 1.0, 0.0]));
+    let up = unit(view.up.into()).unwrap_or(DVec3::Y);
     let back = ViewAxes::from_view(view).back;
     let height = back.dot(up);
-    let level = back.plus(up, -height);
-    let Some(ahead) = level.unit() else {
+    let Some(ahead) = unit(back - up * height) else {
         return *view;
     };
     let across = up.cross(ahead);
     let elevation = (height.asin() + raise).clamp(-MAX_ELEVATION, MAX_ELEVATION);
-    let ahead = DirectionVector([0.0; 3])
-        .plus(ahead, turn.cos())
-        .plus(across, turn.sin());
-    let back = DirectionVector([0.0; 3])
-        .plus(ahead, elevation.cos())
-        .plus(up, elevation.sin());
+    // Added to zero, no component is a negative zero.
+    let ahead = DVec3::ZERO + ahead * turn.cos() + across * turn.sin();
+    let back = DVec3::ZERO + ahead * elevation.cos() + up * elevation.sin();
     View {
-        from: DirectionVector(view.look).plus(back, 1.0).0,
+        from: (DVec3::from(view.look) + back).into(),
         ..*view
     }
 }
 
 /// The point at this distance ahead of a view's camera.
 pub(super) fn point_ahead(view: &View, distance: f64) -> [f64; 3] {
-    DirectionVector(view.from)
-        .plus(ViewAxes::from_view(view).back, -distance)
-        .0
+    (DVec3::from(view.from) - ViewAxes::from_view(view).back * distance).into()
 }
 
 /// The axes of an image: to the right, to the upper edge, and towards the camera.
 struct ViewAxes {
-    right: DirectionVector,
-    up: DirectionVector,
-    back: DirectionVector,
+    right: DVec3,
+    up: DVec3,
+    back: DVec3,
 }
 
 impl ViewAxes {
     fn from_view(view: &View) -> Self {
-        let back = DirectionVector(view.from)
-            .minus(DirectionVector(view.look))
-            .unit();
-        let back = back.unwrap_or(DirectionVector([0.0, 0.0, 1.0]));
+        let back = unit(DVec3::from(view.from) - DVec3::from(view.look)).unwrap_or(DVec3::Z);
         // Any perpendicular direction is valid if `up` is parallel to the view.
-        let right = DirectionVector(view.up).cross(back).unit();
-        let right = right
-            .or(DirectionVector([0.0, 0.0, -1.0]).cross(back).unit())
-            .unwrap_or(DirectionVector([1.0, 0.0, 0.0]));
+        let right = unit(DVec3::from(view.up).cross(back))
+            .or(unit(DVec3::NEG_Z.cross(back)))
+            .unwrap_or(DVec3::X);
         let up = back.cross(right);
         Self { right, up, back }
     }
 }
 
-#[derive(Clone, Copy, Debug)]
-struct DirectionVector([f64; 3]);
-
-impl DirectionVector {
-    fn minus(self, other: Self) -> Self {
-        Self(std::array::from_fn(|i| self.0[i] - other.0[i]))
-    }
-    fn plus(self, other: Self, factor: f64) -> Self {
-        Self(std::array::from_fn(|i| self.0[i] + other.0[i] * factor))
-    }
-    fn times(self, factor: f64) -> Self {
-        Self(self.0.map(|v| v * factor))
-    }
-    fn dot(self, other: Self) -> f64 {
-        (0..3).map(|i| self.0[i] * other.0[i]).sum()
-    }
-    fn cross(self, other: Self) -> Self {
-        let (a, b) = (self.0, other.0);
-        Self(std::array::from_fn(|i| {
-            let (j, k) = ((i + 1) % 3, (i + 2) % 3);
-            a[j] * b[k] - a[k] * b[j]
-        }))
-    }
-    fn length(self) -> f64 {
-        self.dot(self).sqrt()
-    }
-    /// The unit vector; `None` for a vector without a direction.
-    fn unit(self) -> Option<Self> {
-        let length = self.length();
-        (length > 1e-9 && length.is_finite()).then(|| Self(self.0.map(|v| v / length)))
-    }
+/// The unit vector; `None` for a vector without a direction.
+fn unit(v: DVec3) -> Option<DVec3> {
+    let length = v.length();
+    (length > 1e-9 && length.is_finite()).then(|| v / length)
 }
 
 #[cfg(test)]
@@ -271,16 +232,11 @@ mod tests {
 
     /// Projects a point to the image, from -1 to 1 along both sides.
     fn project(view: &View, p: [f64; 3], aspect: f64) -> [f64; 2] {
-        let forward = DirectionVector(view.look)
-            .minus(DirectionVector(view.from))
-            .unit()
-            .expect("a direction");
-        let right = forward
-            .cross(DirectionVector(view.up))
-            .unit()
-            .expect("across");
+        let from = DVec3::from(view.from);
+        let forward = unit(DVec3::from(view.look) - from).expect("a direction");
+        let right = unit(forward.cross(view.up.into())).expect("across");
         let up = right.cross(forward);
-        let v = DirectionVector(p).minus(DirectionVector(view.from));
+        let v = DVec3::from(p) - from;
         let half = match view.lens {
             ResolvedLens::Perspective(fov) => v.dot(forward) * (fov / 2.0).tan(),
             ResolvedLens::Orthographic(height) => height / 2.0,
@@ -326,13 +282,9 @@ mod tests {
                         "{bounds:?} {lens:?} {aspect}: {edge}"
                     );
                     let far = FramingTarget::from_bounds(&bounds).far(&view);
-                    let is_before_far = |c: &[f64; 3]| {
-                        DirectionVector(*c)
-                            .minus(DirectionVector(view.from))
-                            .length()
-                            < far
-                    };
-                    assert!(bounds.corners().iter().all(is_before_far));
+                    let is_before_far =
+                        |c: [f64; 3]| DVec3::from(c).distance(view.from.into()) < far;
+                    assert!(bounds.corners().into_iter().all(is_before_far));
                 }
             }
         }

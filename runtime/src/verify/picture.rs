@@ -2,6 +2,7 @@
 
 use super::Percentiles;
 use crate::render::Image;
+use glam::Vec3;
 use serde::Serialize;
 use std::fmt;
 
@@ -103,21 +104,17 @@ fn is_edge(image: &Image, bytes: &[u8], pixel: usize, neighbour: usize) -> bool 
     let (n, m) = (image.normal[pixel], image.normal[neighbour]);
     let have_normals = n != [0.0; 3] && m != [0.0; 3];
     (t - t_there).abs() > MAX_DEPTH_STEP * t.abs().min(t_there.abs())
-        || (have_normals && dot(n, m) < MIN_NORMAL_COSINE)
+        || (have_normals && Vec3::from(n).dot(m.into()) < MIN_NORMAL_COSINE)
 }
 
 fn channels(bytes: &[u8], i: usize) -> impl Iterator<Item = u8> {
     bytes[4 * i..4 * i + 3].iter().copied()
 }
 
-fn dot(a: [f32; 3], b: [f32; 3]) -> f32 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-}
-
 /// The angle between two unit vectors in degrees. Exact also where the angle is too small for a cosine.
 fn degrees_between(a: [f32; 3], b: [f32; 3]) -> f64 {
-    let distance: f64 = (0..3).map(|i| f64::from(a[i] - b[i]).powi(2)).sum();
-    (2.0 * (distance.sqrt() / 2.0).min(1.0).asin()).to_degrees()
+    let distance = (Vec3::from(a) - Vec3::from(b)).as_dvec3().length();
+    (2.0 * (distance / 2.0).min(1.0).asin()).to_degrees()
 }
 
 /// Compares an image with a reference of the same size.

@@ -1,6 +1,7 @@
 //! Data of single points: the cell that contains them, and the bound of their rounding error.
 
 use crate::scenes::{EVERYTHING, cpu, drawn, loaded, module};
+use glam::DVec3;
 use sdfc_runtime::cells::{Aabb, CellInfo};
 use sdfc_runtime::engine::{Engine, EngineKind, with_fallback};
 use sdfc_runtime::render::{CellMode, Mode, RenderSettings};
@@ -115,8 +116,7 @@ fn rounding_at_a_point_is_bounded_and_told_in_pixels() {
             "{p:?}: {error} {point_error:?}"
         );
         // The camera is at (2.5, 2, 5) with a field of view of 0.7 radians; the image has 32 rows.
-        let from = [point[0] - 2.5, point[1] - 2.0, point[2] - 5.0];
-        let distance = from.iter().map(|v| v * v).sum::<f64>().sqrt();
+        let distance = DVec3::from(point).distance(DVec3::new(2.5, 2.0, 5.0));
         let pixel = 2.0 * distance * 0.35_f64.tan() / 32.0;
         let fraction = point_error.pixels * pixel / point_error.field;
         assert!(

@@ -32,8 +32,8 @@ fn normals_are_those_of_what_is_hit() {
     for y in 0..height {
         for x in 0..width {
             let (from, way) = ray(&settings, x, y);
-            let along: f64 = (0..3).map(|i| from[i] * way[i]).sum();
-            let near: f64 = (0..3).map(|i| from[i] * from[i]).sum::<f64>() - along * along;
+            let along = from.dot(way);
+            let near = from.length_squared() - along * along;
             if near < 0.51 * 0.51 {
                 continue;
             }

@@ -130,11 +130,11 @@ fn shadows_fall_where_the_light_is_hidden() {
                 let index = y * image.width + x;
                 let (from, way) = ray(&settings, x, y);
                 let t = f64::from(image.depth[index]);
-                let p: [f64; 3] = std::array::from_fn(|i| from[i] + t * way[i]);
-                if !t.is_finite() || p[1].abs() > 1e-3 {
+                let p = from + t * way;
+                if !t.is_finite() || p.y.abs() > 1e-3 {
                     continue;
                 }
-                let aside = p[0].hypot(p[2]);
+                let aside = p.x.hypot(p.z);
                 let [red, ..] = image.color[index];
                 if aside < 0.8 {
                     assert!(
