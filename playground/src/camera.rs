@@ -11,11 +11,10 @@
 
 mod text;
 
+use glam::DVec3;
 use sdfc_runtime::render::{Axes, ResolvedLens, View};
 use sdfc_runtime::settings;
 use sdfc_vm::bounds::Bounds;
-use sdfc_vm::real::Vector3;
-use sdfc_vm::vector::V3;
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI};
 
 /// A point of the picture in normalised device coordinates.
@@ -60,9 +59,9 @@ impl ViewSide {
 pub struct OrbitCamera {
     view: View,
     /// Axis of the turntable: unit length, perpendicular to the view's right.
-    axis: V3<f64>,
+    axis: DVec3,
     /// The scene's up direction.
-    world_up: V3<f64>,
+    world_up: DVec3,
     /// Field of view restored when switching back from parallel rays.
     fov: f64,
     plane: bool,
@@ -82,11 +81,7 @@ impl OrbitCamera {
     /// Creates a camera from a view. `z_up` states that z points up in the scene, `plane` that the scene
     /// is a 2-D shape.
     pub fn new(view: View, z_up: bool, plane: bool) -> Self {
-        let world_up = if z_up {
-            V3::new(0.0, 0.0, 1.0)
-        } else {
-            V3::new(0.0, 1.0, 0.0)
-        };
+        let world_up = if z_up { DVec3::Z } else { DVec3::Y };
         let mut camera = Self {
             view,
             axis: world_up,
@@ -107,7 +102,7 @@ impl OrbitCamera {
         let basis = Basis::from_view(&view);
         let right_lean = basis.right.dot(self.world_up);
         self.axis = if right_lean.abs() > 1e-9 {
-            normalized(vector(view.up)).unwrap_or(basis.up)
+            DVec3::from(view.up).normalize_or(basis.up)
         } else if basis.up.dot(self.world_up) < -1e-9 {
             -self.world_up
         } else {
@@ -126,7 +121,7 @@ impl OrbitCamera {
 
     /// Returns the distance from the camera to its look-at point.
     pub fn distance(&self) -> f64 {
-        (vector(self.view.look) - vector(self.view.from)).length()
+        self.view.target_distance()
     }
 
     /// Reports whether the rays are parallel.
@@ -143,22 +138,23 @@ impl OrbitCamera {
     /// the point lies in the plane of the look-at point.
     pub fn point_under(&self, ndc: Ndc, depth: Option<f64>, aspect: f64) -> [f64; 3] {
         let axes = Axes::from_view(&self.view, aspect);
-        let interpolate =
-            |middle, right, up| vector(middle) + vector(right) * ndc[0] + vector(up) * ndc[1];
-        let start = interpolate(axes.origin, axes.origin_right, axes.origin_up);
-        let direction = interpolate(axes.forward, axes.forward_right, axes.forward_up);
+        let interpolate = |[middle, right, up]: [DVec3; 3]| middle + right * ndc[0] + up * ndc[1];
+        let start = [axes.origin, axes.origin_right, axes.origin_up];
+        let start = interpolate(start.map(DVec3::from));
+        let direction = [axes.forward, axes.forward_right, axes.forward_up];
+        let direction = interpolate(direction.map(DVec3::from));
         let ray_scale = match depth.filter(|depth| depth.is_finite()) {
             Some(depth) => depth / direction.length(),
             None => self.distance(),
         };
-        array(start + direction * ray_scale)
+        (start + direction * ray_scale).into()
     }
 
     /// Projects a point into the picture; the result may lie outside its edges. Returns `None` for points
     /// behind the camera.
     pub fn project(&self, point: [f64; 3], aspect: f64) -> Option<Ndc> {
         let basis = Basis::from_view(&self.view);
-        let direction = vector(point) - vector(self.view.from);
+        let direction = DVec3::from(point) - DVec3::from(self.view.from);
         let half_height = match self.view.lens {
             ResolvedLens::Perspective(fov) => -direction.dot(basis.back) * (fov / 2.0).tan(),
             ResolvedLens::Orthographic(height) => height / 2.0,
@@ -184,21 +180,21 @@ impl OrbitCamera {
     pub fn view_from(&mut self, side: ViewSide) {
         self.axis = self.world_up;
         let [around, elevation] = side.angles();
-        let right = rotated(V3::new(1.0, 0.0, 0.0), self.axis, around);
+        let right = rotated(DVec3::X, self.axis, around);
         self.set_orbit(right, elevation);
     }
 
     /// Moves the camera to a right direction, perpendicular to the turntable axis, and an elevation.
-    fn set_orbit(&mut self, right: V3<f64>, elevation: f64) {
+    fn set_orbit(&mut self, right: DVec3, elevation: f64) {
         if self.plane {
             return;
         }
         let (sine, cosine) = elevation.clamp(-FRAC_PI_2, FRAC_PI_2).sin_cos();
         let horizontal_back = right.cross(self.axis);
         let back = horizontal_back * cosine + self.axis * sine;
-        let look = vector(self.view.look);
-        self.view.from = array(look + back * self.distance());
-        self.view.up = array(self.axis * cosine - horizontal_back * sine);
+        let look = DVec3::from(self.view.look);
+        self.view.from = (look + back * self.distance()).into();
+        self.view.up = (self.axis * cosine - horizontal_back * sine).into();
     }
 
     /// Moves the camera parallel to the picture so that the surface point `anchor`, and everything at its
@@ -207,7 +203,8 @@ impl OrbitCamera {
         let basis = Basis::from_view(&self.view);
         let half_height = match self.view.lens {
             ResolvedLens::Perspective(fov) => {
-                let depth_of = |p| (vector(self.view.from) - vector(p)).dot(basis.back);
+                let from = DVec3::from(self.view.from);
+                let depth_of = |p: [f64; 3]| (from - DVec3::from(p)).dot(basis.back);
                 let depth = anchor.map(depth_of).filter(|depth| *depth > 0.0);
                 depth.unwrap_or(self.distance()) * (fov / 2.0).tan()
             }
@@ -223,7 +220,7 @@ impl OrbitCamera {
         if !factor.is_finite() || fixed.iter().any(|v| !v.is_finite()) {
             return;
         }
-        let fixed = vector(fixed);
+        let fixed = DVec3::from(fixed);
         let size = match self.view.lens {
             ResolvedLens::Perspective(_) => self.distance(),
             ResolvedLens::Orthographic(height) => height,
@@ -242,14 +239,15 @@ impl OrbitCamera {
             ResolvedLens::Perspective(_) => {
                 // Camera and look-at point are scaled around the fixed point, so its projection does not
                 // change.
-                let scale_point = |p| array(fixed + (vector(p) - fixed) * factor);
+                let scale_point =
+                    |p: [f64; 3]| (fixed + (DVec3::from(p) - fixed) * factor).to_array();
                 self.view.from = scale_point(self.view.from);
                 self.view.look = scale_point(self.view.look);
             }
             ResolvedLens::Orthographic(_) => {
                 self.view.lens = ResolvedLens::Orthographic(new_size);
                 let back = Basis::from_view(&self.view).back;
-                let offset = fixed - vector(self.view.look);
+                let offset = fixed - DVec3::from(self.view.look);
                 self.translate((offset - back * offset.dot(back)) * (1.0 - factor));
             }
         }
@@ -257,12 +255,11 @@ impl OrbitCamera {
 
     /// Looks at another point, with the same direction and distance.
     pub fn focus(&mut self, point: [f64; 3]) {
-        let delta = vector(point) - vector(self.view.look);
-        self.translate(if self.plane {
-            V3::new(delta.x, delta.y, 0.0)
-        } else {
-            delta
-        });
+        let mut delta = DVec3::from(point) - DVec3::from(self.view.look);
+        if self.plane {
+            delta.z = 0.0;
+        }
+        self.translate(delta);
     }
 
     /// Fits a bounding box into the picture; infinite extents are ignored.
@@ -277,12 +274,13 @@ impl OrbitCamera {
         if self.plane {
             return;
         }
-        let (look, back) = (vector(self.view.look), Basis::from_view(&self.view).back);
+        let look = DVec3::from(self.view.look);
+        let back = Basis::from_view(&self.view).back;
         let (lens, distance) = match self.view.lens {
             ResolvedLens::Perspective(fov) => {
                 let distance = self.distance();
                 let min_distance = if bounds.is_finite() {
-                    (look - vector(bounds.centre())).length() + 1.01 * bounds.half_diagonal()
+                    look.distance(bounds.centre().into()) + 1.01 * bounds.half_diagonal()
                 } else {
                     0.0
                 };
@@ -297,14 +295,14 @@ impl OrbitCamera {
                 (ResolvedLens::Perspective(self.fov), distance)
             }
         };
-        self.view.from = array(look + back * distance);
+        self.view.from = (look + back * distance).into();
         self.view.lens = lens;
     }
 
-    fn translate(&mut self, delta: V3<f64>) {
-        let [from, look] = [self.view.from, self.view.look].map(|p| array(vector(p) + delta));
-        if from.iter().chain(&look).all(|v| v.is_finite()) {
-            (self.view.from, self.view.look) = (from, look);
+    fn translate(&mut self, delta: DVec3) {
+        let [from, look] = [self.view.from, self.view.look].map(|p| DVec3::from(p) + delta);
+        if from.is_finite() && look.is_finite() {
+            (self.view.from, self.view.look) = (from.into(), look.into());
         }
     }
 }
@@ -312,19 +310,19 @@ impl OrbitCamera {
 /// Orthonormal basis of a view.
 #[derive(Clone, Copy, Debug)]
 struct Basis {
-    right: V3<f64>,
-    up: V3<f64>,
-    back: V3<f64>,
+    right: DVec3,
+    up: DVec3,
+    back: DVec3,
 }
 
 impl Basis {
     /// Returns the basis that engines use for a view.
     fn from_view(view: &View) -> Self {
         let axes = Axes::from_view(view, 1.0);
-        let back = -vector(axes.forward);
+        let back = -DVec3::from(axes.forward);
         // One of the two is zero: rays differ either in origin or in direction.
-        let right = vector(axes.origin_right) + vector(axes.forward_right);
-        let right = normalized(right).unwrap_or(V3::new(1.0, 0.0, 0.0));
+        let right = DVec3::from(axes.origin_right) + DVec3::from(axes.forward_right);
+        let right = right.normalize_or(DVec3::X);
         Self {
             right,
             up: back.cross(right),
@@ -334,20 +332,8 @@ impl Basis {
 }
 
 /// Rotates a direction around a perpendicular axis.
-fn rotated(direction: V3<f64>, axis: V3<f64>, angle: f64) -> V3<f64> {
+fn rotated(direction: DVec3, axis: DVec3, angle: f64) -> DVec3 {
     direction * angle.cos() + axis.cross(direction) * angle.sin()
-}
-
-fn vector([x, y, z]: [f64; 3]) -> V3<f64> {
-    V3::new(x, y, z)
-}
-fn array(v: V3<f64>) -> [f64; 3] {
-    [v.x, v.y, v.z]
-}
-/// Returns the unit vector; `None` for zero or non-finite length.
-fn normalized(v: V3<f64>) -> Option<V3<f64>> {
-    let length = v.length();
-    (length > 0.0 && length.is_finite()).then(|| v * (1.0 / length))
 }
 
 #[cfg(test)]

@@ -54,7 +54,7 @@ impl QueryPoints {
             };
             if let Some(distance) = distance {
                 query_points.pixels.push(pixel as u32);
-                query_points.points.push(rays::to_f32(ray.at(distance)));
+                query_points.points.push(ray.at(distance).as_vec3().into());
             }
         }
         query_points

@@ -44,7 +44,7 @@ fn plane() -> OrbitCamera {
 }
 
 fn assert_near(a: [f64; 3], b: [f64; 3], tolerance: f64, label: &str) {
-    let distance = (vector(a) - vector(b)).length();
+    let distance = DVec3::from(a).distance(b.into());
     assert!(
         distance <= tolerance,
         "{label}: {a:?} and {b:?} are {distance:e} apart"
@@ -56,8 +56,8 @@ fn assert_same(a: &View, b: &View, tolerance: f64, label: &str) {
     assert_near(a.from, b.from, tolerance, label);
     assert_near(a.look, b.look, tolerance, label);
     let ([a_basis, b_basis], size) = ([a, b].map(Basis::from_view), tolerance.max(1e-12));
-    assert_near(array(a_basis.right), array(b_basis.right), size, label);
-    assert_near(array(a_basis.up), array(b_basis.up), size, label);
+    assert_near(a_basis.right.into(), b_basis.right.into(), size, label);
+    assert_near(a_basis.up.into(), b_basis.up.into(), size, label);
     match (a.lens, b.lens) {
         (ResolvedLens::Perspective(a), ResolvedLens::Perspective(b))
         | (ResolvedLens::Orthographic(a), ResolvedLens::Orthographic(b)) => {
@@ -93,7 +93,7 @@ fn what_is_under_a_place_is_seen_there() {
     assert_eq!(camera.project(behind, ASPECT), None);
     // A depth along a slanted ray is larger than the depth along the view axis.
     let point = camera.point_under([1.0, 1.0], Some(2.0), ASPECT);
-    let offset = vector(point) - vector(camera.view().from);
+    let offset = DVec3::from(point) - DVec3::from(camera.view().from);
     assert!((offset.length() - 2.0).abs() < 1e-12);
 }
 
@@ -149,7 +149,7 @@ fn nothing_flips_at_the_poles() {
             for _ in 0..60 {
                 camera.orbit(0.0, step);
                 let now = Basis::from_view(&camera.view());
-                assert_near(array(now.right), array(right), 1e-9, "the right");
+                assert_near(now.right.into(), right.into(), 1e-9, "the right");
                 assert!(now.up.dot(camera.axis) >= -1e-9, "it stands on its head");
             }
             let back = Basis::from_view(&camera.view()).back;
@@ -192,7 +192,8 @@ fn the_point_under_the_cursor_stays_there_when_zooming() {
                     let grown = match (previous.lens, camera.view().lens) {
                         (ResolvedLens::Orthographic(a), ResolvedLens::Orthographic(b)) => b / a,
                         _ => {
-                            let distance_from = |from| (vector(point) - vector(from)).length();
+                            let distance_from =
+                                |from: [f64; 3]| DVec3::from(point).distance(from.into());
                             distance_from(camera.view().from) / distance_from(previous.from)
                         }
                     };
@@ -255,8 +256,8 @@ fn a_point_in_focus_comes_to_the_middle() {
         let [x, y] = camera.project([3.0, -1.0, 2.0], ASPECT).expect("seen");
         assert!(x.hypot(y) < 1e-12, "{x} {y}");
         assert_near(
-            array(Basis::from_view(&camera.view()).back),
-            array(back),
+            Basis::from_view(&camera.view()).back.into(),
+            back.into(),
             1e-9,
             "it turned",
         );
@@ -283,8 +284,8 @@ fn fitting_contains_the_corners_and_touches_an_edge() {
             }
             assert!((0.6..=1.0).contains(&edge), "{edge}");
             assert_near(
-                array(Basis::from_view(&camera.view()).back),
-                array(back),
+                Basis::from_view(&camera.view()).back.into(),
+                back.into(),
                 1e-9,
                 "it turned",
             );
@@ -316,8 +317,8 @@ fn view_keys_look_along_the_axes_of_both_kinds_of_scene() {
         for (side, back, up) in sides {
             camera.view_from(side);
             let basis = Basis::from_view(&camera.view());
-            assert_near(array(basis.back), back, 1e-9, &format!("{side:?}"));
-            assert_near(array(basis.up), up, 1e-9, &format!("{side:?}"));
+            assert_near(basis.back.into(), back, 1e-9, &format!("{side:?}"));
+            assert_near(basis.up.into(), up, 1e-9, &format!("{side:?}"));
             assert!((camera.distance() - distance).abs() < 1e-9);
             assert_eq!(camera.view().look, look);
             // With z up, everything is rotated by a right angle around x.
@@ -326,12 +327,12 @@ fn view_keys_look_along_the_axes_of_both_kinds_of_scene() {
             let basis = Basis::from_view(&other.view());
             let lying = |[x, y, z]: [f64; 3]| [x, -z, y];
             assert_near(
-                array(basis.back),
+                basis.back.into(),
                 lying(back),
                 1e-9,
                 &format!("{side:?}, z up"),
             );
-            assert_near(array(basis.up), lying(up), 1e-9, &format!("{side:?}, z up"));
+            assert_near(basis.up.into(), lying(up), 1e-9, &format!("{side:?}, z up"));
         }
     }
 }
@@ -340,8 +341,8 @@ fn view_keys_look_along_the_axes_of_both_kinds_of_scene() {
 fn the_other_lens_keeps_the_size_of_what_is_in_focus() {
     let bounds = Bounds::sphere(10.0);
     for mut camera in cameras() {
-        let look = vector(camera.view().look);
-        let side_point = array(look + Basis::from_view(&camera.view()).right * 0.4);
+        let look = DVec3::from(camera.view().look);
+        let side_point = (look + Basis::from_view(&camera.view()).right * 0.4).to_array();
         let previous = camera.project(side_point, ASPECT).expect("seen");
         let (lens, distance) = (camera.is_orthographic(), camera.distance());
         camera.toggle_lens(&bounds);
@@ -353,7 +354,7 @@ fn the_other_lens_keeps_the_size_of_what_is_in_focus() {
         );
         if !lens {
             for corner in bounds.corners() {
-                let ahead = (vector(corner) - vector(camera.view().from))
+                let ahead = (DVec3::from(corner) - DVec3::from(camera.view().from))
                     .dot(-Basis::from_view(&camera.view()).back);
                 assert!(ahead > 0.0, "a corner is behind the camera");
             }
@@ -445,7 +446,7 @@ fn a_camera_pasted_into_a_scene_gives_its_view() {
             ResolvedLens::Orthographic(height) => height,
         };
         let pasted = view_in(&scene);
-        let error = (vector(pasted.look) - vector(view.look)).length();
+        let error = DVec3::from(pasted.look).distance(view.look.into());
         assert!(error < 1e-4 * height, "{text}: {error}");
         let tolerance = 1e-4 * height.max(1.0);
         assert_same(&pasted, &view, tolerance, &text);

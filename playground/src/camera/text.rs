@@ -1,8 +1,8 @@
 //! Formats a camera as a `camera` block of the language.
 
-use super::{Basis, OrbitCamera, array, normalized, vector};
+use super::{Basis, OrbitCamera};
+use glam::DVec3;
 use sdfc_runtime::render::{ResolvedLens, View};
-use sdfc_vm::real::Vector3;
 
 /// Maximum error of a coordinate as a fraction of the picture height: a twentieth of a pixel at 1000
 /// pixels.
@@ -42,7 +42,7 @@ impl OrbitCamera {
         let up = if is_leaning && !self.plane {
             format!(
                 ", up: {}",
-                format_list(&array(Basis::from_view(view).up), 5)
+                format_list(&Basis::from_view(view).up.into(), 5)
             )
         } else {
             String::new()
@@ -54,15 +54,15 @@ impl OrbitCamera {
     /// Returns the language's default up direction: the scene's up direction, or north for a camera that
     /// looks along it.
     fn default_up(&self, from: [f64; 3], look: [f64; 3]) -> [f64; 3] {
-        let world_up = array(self.world_up);
-        let direction = normalized(vector(look) - vector(from));
+        let direction = (DVec3::from(look) - DVec3::from(from)).try_normalize();
         let is_along =
             direction.is_none_or(|direction| direction.cross(self.world_up).length() <= 1e-6);
-        match (is_along, world_up == [0.0, 0.0, 1.0]) {
-            (false, _) => world_up,
-            (true, true) => [0.0, 1.0, 0.0],
-            (true, false) => [0.0, 0.0, -1.0],
-        }
+        let up = match (is_along, self.world_up == DVec3::Z) {
+            (false, _) => self.world_up,
+            (true, true) => DVec3::Y,
+            (true, false) => DVec3::NEG_Z,
+        };
+        up.into()
     }
 }
 

@@ -6,10 +6,10 @@
 //! leaves adjacent in the text differ strongly in hue.
 
 use super::ink::{Color, blend_over, bytes, hex, mix};
-use super::rays::{PictureRays, to_f64};
+use super::rays::PictureRays;
+use glam::Vec3;
 use sdfc_runtime::render::{Image, RenderSettings};
 use sdfc_shaders::views;
-use sdfc_vm::real::Vector3;
 
 /// Colour that leaf colours are blended with.
 const SOFTENING_COLOR: Color = hex(0xb9bec6);
@@ -51,7 +51,8 @@ pub fn draw(frame: &Image, settings: &RenderSettings, picked: Option<u32>) -> Ve
     for (pixel, &leaf) in frame.id.iter().enumerate() {
         let shade = match frame.normal.get(pixel) {
             Some(&normal) if normal != [0.0; 3] && !settings.is_2d => {
-                let facing = -to_f64(normal).dot(rays.for_pixel(pixel).direction);
+                let normal = Vec3::from(normal).as_dvec3();
+                let facing = -normal.dot(rays.for_pixel(pixel).direction);
                 0.62 + 0.38 * facing.clamp(0.0, 1.0) as f32
             }
             _ => 1.0,

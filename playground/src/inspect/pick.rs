@@ -4,7 +4,8 @@
 //! scene's engine and with the engine that has the scene's [`Provenance`] loaded. [`describe`] combines the
 //! results.
 
-use super::rays::{InspectedRay, PictureRays, distance_to_figure_plane, to_f32};
+use super::rays::{InspectedRay, PictureRays, distance_to_figure_plane};
+use glam::{DVec3, Vec3};
 use sdfc_compiler::provenance::{Leaf, Provenance};
 use sdfc_lang::{LineCol, Sources, Span};
 use sdfc_runtime::engine::FieldSample;
@@ -12,7 +13,6 @@ use sdfc_runtime::render::{Image, RenderSettings, Status};
 use sdfc_runtime::rounding::{PointError, error_at};
 use sdfc_shaders::layout::Surface;
 use sdfc_vm::program::Module;
-use sdfc_vm::vector::V3;
 use std::fmt;
 
 /// The ray of a pixel and its end.
@@ -60,10 +60,10 @@ impl PixelHit {
 
     /// Returns the point to sample with engines; `None` for the sky.
     pub fn point(&self) -> Option<[f32; 3]> {
-        self.point_f64().map(to_f32)
+        self.point_f64().map(|point| point.as_vec3().into())
     }
 
-    fn point_f64(&self) -> Option<V3<f64>> {
+    fn point_f64(&self) -> Option<DVec3> {
         self.distance.map(|distance| self.ray.at(distance))
     }
 }
@@ -142,12 +142,11 @@ pub fn describe(
     sample: &FieldSample,
     leaf: u32,
 ) -> Option<Pick> {
-    let point = hit.point_f64()?;
-    let point = [point.x, point.y, point.z];
+    let point = hit.point_f64()?.to_array();
     let number = sample.surface.id.max(0.0) as usize;
     let material = scene.module.settings.materials.get(number);
     let normal = if hit.normal == [0.0; 3] {
-        unit(sample.gradient)
+        unit(sample.gradient.into()).into()
     } else {
         hit.normal
     };
@@ -181,12 +180,12 @@ fn origin(sources: &Sources, leaf: &Leaf) -> SourceText {
     }
 }
 
-fn unit(v: [f32; 3]) -> [f32; 3] {
-    let length = v.iter().map(|x| x * x).sum::<f32>().sqrt();
+fn unit(v: Vec3) -> Vec3 {
+    let length = v.length();
     if length > 0.0 && length.is_finite() {
-        v.map(|x| x / length)
+        v / length
     } else {
-        [0.0; 3]
+        Vec3::ZERO
     }
 }
 

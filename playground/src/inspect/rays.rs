@@ -1,8 +1,7 @@
 //! Rays through pixels, computed in `f64` with the axes that engines use.
 
+use glam::DVec3;
 use sdfc_runtime::render::{Axes, RenderSettings};
-use sdfc_vm::real::Vector3;
-use sdfc_vm::vector::V3;
 
 /// Rays of a picture: those of the first sample of each pixel, to which the channels of its image belong.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -17,14 +16,14 @@ pub struct PictureRays {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct InspectedRay {
     /// Origin: the camera, or a point of the plane that parallel rays start on.
-    pub origin: V3<f64>,
+    pub origin: DVec3,
     /// Unit direction.
-    pub direction: V3<f64>,
+    pub direction: DVec3,
 }
 
 impl InspectedRay {
     /// Returns the point at distance `t`.
-    pub fn at(&self, t: f64) -> V3<f64> {
+    pub fn at(&self, t: f64) -> DVec3 {
         self.origin + self.direction * t
     }
 }
@@ -62,12 +61,13 @@ impl PictureRays {
         let [width, height] = self.size.map(f64::from);
         let x = (column + 0.5 + self.offset) / width * 2.0 - 1.0;
         let y = 1.0 - (row + 0.5 + self.offset) / height * 2.0;
-        let interpolate = |centre, right, up| vector(centre) + vector(right) * x + vector(up) * y;
+        let interpolate = |[centre, right, up]: [DVec3; 3]| centre + right * x + up * y;
         let axes = &self.axes;
-        let direction: V3<f64> = interpolate(axes.forward, axes.forward_right, axes.forward_up);
+        let origin = [axes.origin, axes.origin_right, axes.origin_up];
+        let direction = [axes.forward, axes.forward_right, axes.forward_up];
         InspectedRay {
-            origin: interpolate(axes.origin, axes.origin_right, axes.origin_up),
-            direction: direction * (1.0 / direction.length()),
+            origin: interpolate(origin.map(DVec3::from)),
+            direction: interpolate(direction.map(DVec3::from)).normalize(),
         }
     }
 }
@@ -76,19 +76,4 @@ impl PictureRays {
 pub(super) fn distance_to_figure_plane(ray: &InspectedRay) -> Option<f64> {
     let t = -ray.origin.z / ray.direction.z;
     (t > 0.0 && t.is_finite()).then_some(t)
-}
-
-/// Converts an array to a vector.
-pub(super) fn vector([x, y, z]: [f64; 3]) -> V3<f64> {
-    V3::new(x, y, z)
-}
-
-/// Converts a point to the precision of engines.
-pub(super) fn to_f32(p: V3<f64>) -> [f32; 3] {
-    [p.x as f32, p.y as f32, p.z as f32]
-}
-
-/// Converts an engine's vector to `f64`.
-pub(super) fn to_f64(p: [f32; 3]) -> V3<f64> {
-    vector(p.map(f64::from))
 }

@@ -10,13 +10,12 @@
 
 use super::QueryPoints;
 use super::ink::{self, Color, blend_over, hex, mix, mute};
-use super::rays::{InspectedRay, PictureRays, to_f32, to_f64, vector};
+use super::rays::{InspectedRay, PictureRays};
+use glam::{DVec3, Vec3};
 use sdfc_runtime::engine::FieldSample;
 use sdfc_runtime::render::{FieldFacts, Image, Mode, RenderSettings, ResolvedLens, prepare};
 use sdfc_shaders::views;
 use sdfc_vm::bounds::Bounds;
-use sdfc_vm::real::Vector3;
-use sdfc_vm::vector::V3;
 
 /// A plane on which the field is shown.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -68,8 +67,7 @@ impl Slice {
         let view = &settings.view;
         let visible_half = match view.lens {
             ResolvedLens::Perspective(fov) => {
-                let view_direction = vector(view.look) - vector(view.from);
-                view_direction.length() * (fov.clamp(1e-6, 3.1) / 2.0).tan()
+                view.target_distance() * (fov.clamp(1e-6, 3.1) / 2.0).tan()
             }
             ResolvedLens::Orthographic(height) => height / 2.0,
         };
@@ -98,20 +96,14 @@ impl Slice {
     }
 
     /// Returns the unit normal of the plane.
-    fn facing(&self) -> V3<f64> {
-        let normal = vector(self.normal);
-        let length = normal.length();
-        if length > 0.0 && length.is_finite() {
-            normal * (1.0 / length)
-        } else {
-            V3::new(0.0, 1.0, 0.0)
-        }
+    fn facing(&self) -> DVec3 {
+        DVec3::from(self.normal).normalize_or(DVec3::Y)
     }
 
     /// Returns the distance along a ray to the plane, if it is ahead.
     pub fn intersect(&self, ray: &InspectedRay) -> Option<f64> {
         let facing = self.facing();
-        let t = (vector(self.point) - ray.origin).dot(facing) / ray.direction.dot(facing);
+        let t = (DVec3::from(self.point) - ray.origin).dot(facing) / ray.direction.dot(facing);
         (t > 0.0 && t.is_finite()).then_some(t)
     }
 
@@ -159,7 +151,7 @@ impl Slice {
                 continue;
             }
             visible.query_points.pixels.push(pixel as u32);
-            visible.query_points.points.push(to_f32(point));
+            visible.query_points.points.push(point.as_vec3().into());
             visible.slice_pixels.push(SlicePixel {
                 right,
                 below,
@@ -188,8 +180,8 @@ fn spacing(settings: &RenderSettings) -> f32 {
 
 /// The shown part of a plane.
 struct ShownSquare {
-    center: V3<f64>,
-    axes: [V3<f64>; 2],
+    center: DVec3,
+    axes: [DVec3; 2],
     half_side: Option<f64>,
 }
 
@@ -197,22 +189,13 @@ impl ShownSquare {
     fn new(slice: &Slice) -> Self {
         let n = slice.facing();
         // The square follows the two scene axes that are most parallel to the plane.
-        let in_plane = |axis: V3<f64>| {
+        let in_plane = |axis: DVec3| {
             let projected = axis - n * axis.dot(n);
             projected * (1.0 / projected.length().max(1e-30))
         };
-        let abs_normal = n.abs();
-        let [x, y, z] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]].map(vector);
-        let first = if abs_normal.x <= abs_normal.y && abs_normal.x <= abs_normal.z {
-            x
-        } else if abs_normal.y <= abs_normal.z {
-            y
-        } else {
-            z
-        };
-        let first = in_plane(first);
+        let first = in_plane(DVec3::AXES[n.abs().min_position()]);
         Self {
-            center: vector(slice.point),
+            center: slice.point.into(),
             axes: [first, n.cross(first)],
             half_side: slice.half_side,
         }
@@ -220,7 +203,7 @@ impl ShownSquare {
 
     /// Returns the covered fraction of a pixel, and the fraction of that covered by the rim. `steps` lead
     /// to the adjacent pixels.
-    fn covers(&self, point: V3<f64>, steps: [V3<f64>; 2]) -> (f32, f32) {
+    fn covers(&self, point: DVec3, steps: [DVec3; 2]) -> (f32, f32) {
         let Some(half_side) = self.half_side else {
             return (1.0, 0.0);
         };
@@ -250,8 +233,8 @@ pub struct VisibleSlice {
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct SlicePixel {
     /// Offsets from its point to those of the pixels to the right and below.
-    right: V3<f64>,
-    below: V3<f64>,
+    right: DVec3,
+    below: DVec3,
     /// Covered fraction of the pixel, and the fraction of that covered by the rim.
     covered: f32,
     rim: f32,
@@ -262,7 +245,7 @@ struct SlicePixel {
 impl SlicePixel {
     /// Returns the colour of a field sample.
     fn color(&self, sample: &FieldSample, spacing: f32) -> Color {
-        let (distance, gradient) = (sample.distance, to_f64(sample.gradient));
+        let (distance, gradient) = (sample.distance, Vec3::from(sample.gradient).as_dvec3());
         // The change of the field to the adjacent pixels, and the maximum change if the gradient lay in
         // the plane.
         let change = gradient.dot(self.right).hypot(gradient.dot(self.below));

@@ -11,6 +11,7 @@
 
 use super::QueryPoints;
 use super::ink::{Color, blend_over, bytes, hex};
+use glam::Vec3;
 use sdfc_runtime::engine::FieldSample;
 
 /// Bound of every field's slope.
@@ -56,8 +57,7 @@ impl SlopeClass {
 
 /// Returns the length of the gradient.
 pub fn gradient_length(sample: &FieldSample) -> f32 {
-    let [x, y, z] = sample.gradient;
-    (x * x + y * y + z * z).sqrt()
+    Vec3::from(sample.gradient).length()
 }
 
 /// Slope classes of a list of points.
@@ -151,10 +151,7 @@ fn neighbours(query_points: &QueryPoints, i: usize, width: usize) -> [Option<usi
 
 /// Reports whether the values at two points differ by more than the bound allows.
 fn is_discontinuous([a, b]: [([f32; 3], FieldSample); 2]) -> bool {
-    let distance = (0..3)
-        .map(|i| (a.0[i] - b.0[i]).powi(2))
-        .sum::<f32>()
-        .sqrt();
+    let distance = Vec3::from(a.0).distance(b.0.into());
     let difference = (a.1.distance - b.1.distance).abs();
     let numbers = a.0.iter().chain(&b.0).chain([&a.1.distance, &b.1.distance]);
     let largest = numbers.fold(0.0_f32, |max, v| max.max(v.abs()));

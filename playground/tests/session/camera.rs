@@ -1,6 +1,7 @@
 //! Tests of the camera and the animation time.
 
 use crate::harness::{Harness, SIZE, TaskKind};
+use glam::DVec3;
 use sdfc_playground::camera::ViewSide;
 use sdfc_playground::session::{CameraEvent, Event, TimeEvent};
 use sdfc_runtime::engine::EngineKind;
@@ -147,14 +148,12 @@ fn project(harness: &Harness, point: [f64; 3]) -> [f64; 2] {
 /// Returns the point of the sphere under [`ON_SPHERE`] for the current camera, in closed form.
 fn point_on_sphere(harness: &Harness) -> [f64; 3] {
     let camera = harness.session.camera().unwrap();
-    let from = camera.view().from;
+    let from = DVec3::from(camera.view().from);
     let aspect = f64::from(SIZE[0]) / f64::from(SIZE[1]);
-    let through = camera.point_under(ON_SPHERE, Some(1.0), aspect);
-    let direction: [f64; 3] = std::array::from_fn(|i| through[i] - from[i]);
-    let along: f64 = (0..3).map(|i| from[i] * direction[i]).sum();
-    let squared_distance: f64 = from.iter().map(|v| v * v).sum();
-    let t = -along - (along * along - squared_distance + 1.2 * 1.2).sqrt();
-    std::array::from_fn(|i| from[i] + t * direction[i])
+    let direction = DVec3::from(camera.point_under(ON_SPHERE, Some(1.0), aspect)) - from;
+    let along = from.dot(direction);
+    let t = -along - (along * along - from.length_squared() + 1.2 * 1.2).sqrt();
+    (from + t * direction).into()
 }
 
 fn assert_near(a: [f64; 2], b: [f64; 2]) {
@@ -204,10 +203,10 @@ fn what_is_zoomed_to_stays_under_the_cursor_while_no_picture_comes() {
     let projected = project(&harness, point);
     let from = harness.session.camera().unwrap().view().from;
     assert_near(projected, ON_SPHERE);
-    let squared_distance = (0..3).map(|i| (from[i] - point[i]).powi(2)).sum::<f64>();
+    let distance_sq = |from: DVec3| from.distance_squared(point.into());
     let expected = 0.9_f64.powi(20);
-    let previous = (0..3).map(|i| ([0.0, 0.0, 8.0][i] - point[i]).powi(2));
-    let fraction = (squared_distance / previous.sum::<f64>()).sqrt();
+    let previous = DVec3::new(0.0, 0.0, 8.0);
+    let fraction = (distance_sq(from.into()) / distance_sq(previous)).sqrt();
     assert!(
         (fraction - expected).abs() < 0.02,
         "{fraction} of the way, not {expected}"

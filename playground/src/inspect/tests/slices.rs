@@ -3,7 +3,6 @@
 use super::*;
 use crate::inspect::slice::{FrontSurfaces, Slice};
 use sdfc_runtime::render::{Mode, ResolvedLens, View};
-use sdfc_vm::real::Vector3;
 
 const SPHERE: &str = "camera { from: [0, 3, 4], look: [0, 0, 0], fov: 40deg }\nsphere(1)";
 
