@@ -103,8 +103,7 @@ impl Baseline {
 /// Returns the same picture from a slightly shifted camera.
 fn shift_camera(settings: &RenderSettings, count: usize) -> RenderSettings {
     let view = settings.view;
-    let distance_sq: f64 = (0..3).map(|i| (view.look[i] - view.from[i]).powi(2)).sum();
-    let shift = distance_sq.sqrt() * CAMERA_SHIFT_FRACTION * count as f64;
+    let shift = view.target_distance() * CAMERA_SHIFT_FRACTION * count as f64;
     RenderSettings {
         view: View {
             from: view.from.map(|v| v + shift),

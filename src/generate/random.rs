@@ -51,6 +51,7 @@ impl Iterator for EvenPoints {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use glam::DVec3;
 
     #[test]
     fn a_seed_always_gives_the_same_numbers() {
@@ -66,12 +67,13 @@ mod tests {
 
     #[test]
     fn even_points_keep_apart() {
-        let points: Vec<_> = EvenPoints::new(&mut SplitMix::new(1)).take(500).collect();
-        let distance =
-            |a: &[f64; 3], b: &[f64; 3]| (0..3).map(|i| (a[i] - b[i]).powi(2)).sum::<f64>().sqrt();
+        let points: Vec<_> = EvenPoints::new(&mut SplitMix::new(1))
+            .take(500)
+            .map(DVec3::from)
+            .collect();
         let pairs = points.iter().enumerate();
         let nearest = pairs
-            .flat_map(|(i, a)| points[..i].iter().map(move |b| distance(a, b)))
+            .flat_map(|(i, a)| points[..i].iter().map(move |b| a.distance(*b)))
             .fold(f64::INFINITY, f64::min);
         // A regular grid of 500 points has them 0.126 apart.
         assert!(nearest > 0.04, "{nearest}");

@@ -1,6 +1,7 @@
 //! Cells preserve the picture of every scene, and the bits of the field inside each cell.
 
 use crate::corpus::{compiled, on_large_stack, scenes};
+use glam::Vec3;
 use sdfc_compiler::compile::{self, Compiled, compile};
 use sdfc_compiler::elaborate::{self, elaborate};
 use sdfc_compiler::passes::PassOptions;
@@ -113,11 +114,11 @@ fn normals_by_leaves_are_those_of_the_whole() {
             picture(&mut *engine, &compiled.module, &outputs, &settings)
         });
         let differs = |&index: &usize| {
-            let [n, m] = [&without, &with].map(|frame| frame.normal[index]);
+            let [n, m] = [&without, &with].map(|frame| Vec3::from(frame.normal[index]));
             let is_hit = [&without, &with]
                 .iter()
                 .all(|frame| frame.status[index] == Status::Hit);
-            is_hit && (0..3).map(|i| n[i] * m[i]).sum::<f32>() < MIN_NORMAL_COSINE
+            is_hit && n.dot(m) < MIN_NORMAL_COSINE
         };
         let differing: Vec<usize> = (0..without.normal.len()).filter(differs).collect();
         assert!(differing.is_empty(), "{scene}: {differing:?}");

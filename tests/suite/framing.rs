@@ -2,6 +2,7 @@
 
 use crate::corpus::{compiled, compiled_text, name, on_large_stack, scenes};
 use crate::strangers::folders;
+use glam::DVec3;
 use sdfc_compiler::passes::PassOptions;
 use sdfc_runtime::engine::{EngineKind, SceneInput, open};
 use sdfc_runtime::render::{Image, Status};
@@ -130,14 +131,14 @@ fn open_cameras_look_past_walls() {
         engine.load(&scene).expect("it loads");
         let frame = engine.render(&settings, &|_| {}).expect("it is drawn");
         let view = settings.view;
-        let view_direction: [f64; 3] =
-            std::array::from_fn(|axis| view.look[axis] - view.from[axis]);
-        let length = view_direction.iter().map(|v| v * v).sum::<f64>().sqrt();
+        let from = DVec3::from(view.from);
+        let view_direction = DVec3::from(view.look) - from;
         let depth = f64::from(frame.depth[16 * 33 + 16]);
-        let seen: [f64; 3] =
-            std::array::from_fn(|i| view.from[i] + view_direction[i] / length * depth);
-        let radius = seen.iter().map(|v| v * v).sum::<f64>().sqrt();
-        assert!((radius - 0.5).abs() < 0.01, "{text}{view:?} sees {seen:?}");
+        let seen = from + view_direction / view_direction.length() * depth;
+        assert!(
+            (seen.length() - 0.5).abs() < 0.01,
+            "{text}{view:?} sees {seen:?}"
+        );
     }
 }
 
@@ -361,8 +362,7 @@ fn open_cameras_frame_what_stands_on_endless_grounds() {
         let outputs = compiled.module.update(0.0);
         let settings = resolve(&compiled.module, &outputs, &Overrides::default());
         let view = settings.expect("it has settings").view;
-        let squares = (0..3).map(|axis| (view.look[axis] - view.from[axis]).powi(2));
-        squares.sum::<f64>().sqrt()
+        view.target_distance()
     };
     let alone = distance("cylinder(r: 1, h: 4)");
     for ground in [

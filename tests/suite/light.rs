@@ -1,6 +1,7 @@
 //! Lighting of scenes that were once lit wrongly, on the CPU.
 
 use crate::metamorphic::draw::{DrawOptions, frame};
+use glam::DVec3;
 use sdfc_compiler::passes::PassOptions;
 use sdfc_runtime::engine::{EngineKind, open};
 use sdfc_runtime::render::{CellMode, Image};
@@ -172,28 +173,30 @@ fn wide_lights_see_no_fields() {
 #[derive(Clone, Copy)]
 enum Solid {
     /// A box with this centre and these half sides.
-    Cuboid([f64; 3], [f64; 3]),
+    Cuboid(DVec3, DVec3),
     /// A sphere with this centre and radius.
-    Ball([f64; 3], f64),
+    Ball(DVec3, f64),
 }
 
 impl Solid {
     /// Returns its text in a scene.
     fn text(self) -> String {
         match self {
-            Self::Cuboid([x, y, z], [a, b, c]) => {
-                let sides = [2.0 * a, 2.0 * b, 2.0 * c];
+            Self::Cuboid(DVec3 { x, y, z }, half) => {
+                let sides = 2.0 * half;
                 format!(
                     "box({}, {}, {}).translate({x}, {y}, {z})",
-                    sides[0], sides[1], sides[2]
+                    sides.x, sides.y, sides.z
                 )
             }
-            Self::Ball([x, y, z], radius) => format!("sphere({radius}).translate({x}, {y}, {z})"),
+            Self::Ball(DVec3 { x, y, z }, radius) => {
+                format!("sphere({radius}).translate({x}, {y}, {z})")
+            }
         }
     }
 
     /// Reports whether the segment from `p` to `p + d` intersects the solid.
-    fn blocks(self, p: [f64; 3], d: [f64; 3]) -> bool {
+    fn blocks(self, p: DVec3, d: DVec3) -> bool {
         match self {
             Self::Cuboid(middle, half) => {
                 let (mut first, mut last) = (0.0_f64, 1.0_f64);
@@ -206,21 +209,19 @@ impl Solid {
                 first < last
             }
             Self::Ball(middle, radius) => {
-                let to = [0, 1, 2].map(|axis| middle[axis] - p[axis]);
-                let dot = |a: [f64; 3], b: [f64; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-                let nearest = (dot(to, d) / dot(d, d)).clamp(0.0, 1.0);
-                let offset = [0, 1, 2].map(|axis| to[axis] - nearest * d[axis]);
-                dot(offset, offset) < radius * radius
+                let to = middle - p;
+                let nearest = (to.dot(d) / d.length_squared()).clamp(0.0, 1.0);
+                (to - nearest * d).length_squared() < radius * radius
             }
         }
     }
 }
 
 /// Returns the vector from a point to a light, given by its direction or its position.
-fn vector_to_light(light: ([f64; 3], bool), p: [f64; 3]) -> [f64; 3] {
+fn vector_to_light(light: (DVec3, bool), p: DVec3) -> DVec3 {
     match light {
-        (position, true) => [0, 1, 2].map(|axis| position[axis] - p[axis]),
-        (direction, false) => direction.map(|d| 100.0 * d),
+        (position, true) => position - p,
+        (direction, false) => 100.0 * direction,
     }
 }
 
@@ -228,25 +229,17 @@ fn vector_to_light(light: ([f64; 3], bool), p: [f64; 3]) -> [f64; 3] {
 /// points lie on rings up to `radius` times the disc's radius.
 fn hidden_points(
     solids: &[Solid],
-    light: ([f64; 3], bool),
+    light: (DVec3, bool),
     size: f64,
-    p: [f64; 3],
+    p: DVec3,
     radius: f64,
 ) -> (usize, usize) {
     let axis = vector_to_light(light, p);
-    let length = axis.map(|d| d * d).iter().sum::<f64>().sqrt();
-    let unit = axis.map(|d| d / length);
-    let cross = |a: [f64; 3], b: [f64; 3]| {
-        [
-            a[1] * b[2] - a[2] * b[1],
-            a[2] * b[0] - a[0] * b[2],
-            a[0] * b[1] - a[1] * b[0],
-        ]
-    };
-    let aside = cross(unit, [0.3, 0.1, 0.9]);
-    let scale = aside.map(|d| d * d).iter().sum::<f64>().sqrt();
-    let right = aside.map(|d| d / scale);
-    let up = cross(unit, right);
+    let length = axis.length();
+    let unit = axis / length;
+    let aside = unit.cross(DVec3::new(0.3, 0.1, 0.9));
+    let right = aside / aside.length();
+    let up = unit.cross(right);
     let mut hidden = 0;
     let mut count = 0;
     for ring in 0..=8_u32 {
@@ -254,8 +247,8 @@ fn hidden_points(
             let angle = f64::from(turn) * std::f64::consts::TAU / 24.0;
             let out = size * length * radius * f64::from(ring) / 8.0;
             let (sin, cos) = angle.sin_cos();
-            let offset = [0, 1, 2].map(|k| axis[k] + out * (cos * right[k] + sin * up[k]));
-            let is_hidden = offset[1] <= 0.0 || solids.iter().any(|solid| solid.blocks(p, offset));
+            let offset = axis + out * (cos * right + sin * up);
+            let is_hidden = offset.y <= 0.0 || solids.iter().any(|solid| solid.blocks(p, offset));
             hidden += usize::from(is_hidden);
             count += 1;
         }
@@ -277,7 +270,7 @@ fn linear(byte: u8) -> f64 {
 /// Returns the pixels of the ground whose lighting contradicts the visibility of the light's disc. Pixels
 /// are dark where the disc is hidden, fully lit where it is visible, and at most half lit where its
 /// centre is hidden.
-fn wrongly_lit(solids: &[Solid], light: ([f64; 3], bool), size: f64, form: &str) -> Vec<String> {
+fn wrongly_lit(solids: &[Solid], light: (DVec3, bool), size: f64, form: &str) -> Vec<String> {
     const SIDE: usize = 96;
     let (position, is_near) = light;
     let key = if is_near { "at" } else { "dir" };
@@ -302,10 +295,10 @@ fn wrongly_lit(solids: &[Solid], light: ([f64; 3], bool), size: f64, form: &str)
     for y in 0..SIDE {
         for x in 0..SIDE {
             let to_scene = |pixel: usize| ((pixel as f64 + 0.5) / SIDE as f64 - 0.5) * 6.0;
-            let p = [to_scene(x), 1e-6, to_scene(y)];
+            let p = DVec3::new(to_scene(x), 1e-6, to_scene(y));
             // Pixels covered by a solid are skipped.
-            let above = [1e-9, 20.0, 1e-9];
-            let near = [p[0], 0.0, p[2]];
+            let above = DVec3::new(1e-9, 20.0, 1e-9);
+            let near = DVec3::new(p.x, 0.0, p.z);
             if solids.iter().any(|solid| solid.blocks(near, above)) {
                 continue;
             }
@@ -331,11 +324,12 @@ fn wrongly_lit(solids: &[Solid], light: ([f64; 3], bool), size: f64, form: &str)
 /// Plates, beams and spheres of any thickness and at any distance from the ground that they shade.
 #[test]
 fn light_is_where_a_lamp_is_seen_and_nowhere_else() {
-    let sheet = |thickness: f64| Solid::Cuboid([0.3, 1.0, -0.2], [0.9, thickness, 0.7]);
-    let post = Solid::Cuboid([-1.2, 0.8, 0.9], [0.1, 0.8, 0.1]);
-    let ball = Solid::Ball([-1.0, 0.7, -1.0], 0.4);
-    let sun = ([0.3, 1.0, 0.2], false);
-    let bulb = ([0.1, 3.0, -0.1], true);
+    let sheet =
+        |thickness: f64| Solid::Cuboid(DVec3::new(0.3, 1.0, -0.2), DVec3::new(0.9, thickness, 0.7));
+    let post = Solid::Cuboid(DVec3::new(-1.2, 0.8, 0.9), DVec3::new(0.1, 0.8, 0.1));
+    let ball = Solid::Ball(DVec3::new(-1.0, 0.7, -1.0), 0.4);
+    let sun = (DVec3::new(0.3, 1.0, 0.2), false);
+    let bulb = (DVec3::new(0.1, 3.0, -0.1), true);
     for light in [sun, bulb] {
         for thickness in [0.002, 0.02, 0.2] {
             let solids = [sheet(thickness), post, ball];

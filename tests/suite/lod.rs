@@ -2,6 +2,7 @@
 //! take fewer instructions.
 
 use crate::corpus::{name, on_large_stack, scene, scenes};
+use glam::DVec3;
 use sdfc_compiler::compile::{self, Compiled, compile};
 use sdfc_compiler::elaborate::{self, elaborate};
 use sdfc_compiler::passes::lod::{LodReport, LodTarget, PixelFootprint};
@@ -98,8 +99,9 @@ fn pair(make: impl Fn() -> Scene, tolerance: f64) -> Pair {
 /// Returns surface points: the ends of rays from the camera through the scene's bounding box.
 fn surface(program: &Program, pair: &Pair, rays: u32) -> Vec<([f64; 3], f64)> {
     let view = &pair.settings.view;
-    let middle: [f64; 3] = std::array::from_fn(|i| view.look[i] - view.from[i]);
-    let length = middle.iter().map(|v| v * v).sum::<f64>().sqrt();
+    let from = DVec3::from(view.from);
+    let middle = DVec3::from(view.look) - from;
+    let length = middle.length();
     let mut state = 0x9e37_79b9_7f4a_7c15_u64;
     let mut random = || {
         state ^= state << 13;
@@ -109,11 +111,11 @@ fn surface(program: &Program, pair: &Pair, rays: u32) -> Vec<([f64; 3], f64)> {
     };
     let mut surface_points = Vec::new();
     for _ in 0..rays {
-        let to: [f64; 3] = std::array::from_fn(|i| middle[i] / length + 0.3 * random());
-        let size = to.iter().map(|v| v * v).sum::<f64>().sqrt();
+        let to = middle / length + 0.3 * DVec3::new(random(), random(), random());
+        let direction = to / to.length();
         let (mut distance, mut steps) = (0.0, 0);
         while distance < 4.0 * length.max(40.0) && steps < 200 {
-            let p: [f64; 3] = std::array::from_fn(|i| view.from[i] + to[i] / size * distance);
+            let p = (from + direction * distance).to_array();
             let value = value_at(program, p);
             if value < HIT_TOLERANCE * distance {
                 surface_points.push((p, distance));

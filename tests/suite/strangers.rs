@@ -8,6 +8,7 @@
 //! fault:` states what must be fixed.
 
 use crate::corpus::{compiled_scene, name, scene, scenes};
+use glam::{DVec3, Vec3};
 use sdfc_compiler::scene::Scene;
 use sdfc_runtime::engine::{Engine, EngineKind, SceneInput, open};
 use sdfc_runtime::reference::{ReferenceCamera, ReferenceRay};
@@ -73,9 +74,7 @@ struct RayTruth {
 impl RayTruth {
     fn new(scene: &Scene, settings: &RenderSettings) -> Self {
         let root = scene.root.expect("it has a shape");
-        let view = &settings.view;
-        let squared_offsets = (0..3).map(|i| (view.look[i] - view.from[i]).powi(2));
-        let far = RAY_LENGTH_FACTOR * squared_offsets.sum::<f64>().sqrt();
+        let far = RAY_LENGTH_FACTOR * settings.view.target_distance();
         Self {
             oracle: Oracle::new(scene, root, 0.0),
             camera: ReferenceCamera::new(settings),
@@ -131,11 +130,10 @@ impl RayTruth {
 
 impl RayTruth {
     /// Returns the outward direction just before a point of a ray.
-    fn outward(&self, pixel: usize, t: f64) -> [f64; 3] {
+    fn outward(&self, pixel: usize, t: f64) -> DVec3 {
         let t_before = t - 1e-2 * self.camera.half_pixel(t);
-        let gradient = self.oracle.gradient(self.ray(pixel).at(t_before));
-        let length = gradient.iter().map(|v| v * v).sum::<f64>().sqrt();
-        gradient.map(|v| v / length)
+        let gradient = DVec3::from(self.oracle.gradient(self.ray(pixel).at(t_before)));
+        gradient / gradient.length()
     }
 
     /// Reports whether a ray that continued from a surface at `from` to `to` crossed only a sliver of the
@@ -152,13 +150,7 @@ impl RayTruth {
         (1..SLIVER_SAMPLES).all(|slice| {
             let p = ray.at(from + slice as f64 * step);
             let value = side * self.oracle.value(p);
-            let slope = self
-                .oracle
-                .gradient(p)
-                .iter()
-                .map(|v| v * v)
-                .sum::<f64>()
-                .sqrt();
+            let slope = DVec3::from(self.oracle.gradient(p)).length();
             value > -max_depth * slope.max(1e-3)
         })
     }
@@ -251,22 +243,22 @@ fn compare(truth: &mut RayTruth, frame: &Image, max_steps: u64) -> (WrongPixels,
         } else {
             1.0
         };
-        let drawn = frame.normal[pixel].map(|v| side * f64::from(v));
+        let drawn = side * Vec3::from(frame.normal[pixel]).as_dvec3();
         let Some(normal) = normal else { continue };
-        if angle(normal, drawn) > MAX_NORMAL_ERROR_DEGREES {
-            let normals: Vec<[f64; 3]> = truth
+        if angle(normal.into(), drawn) > MAX_NORMAL_ERROR_DEGREES {
+            let normals: Vec<DVec3> = truth
                 .outcomes_around(pixel)
                 .into_iter()
                 .filter_map(|trace| match trace {
-                    TraceOutcome::Hit { normal, .. } => normal,
+                    TraceOutcome::Hit { normal, .. } => normal.map(DVec3::from),
                     _ => None,
                 })
                 .collect();
             let max_angle = normals
                 .iter()
-                .fold(0.0, |most: f64, n| most.max(angle(normal, *n)));
+                .fold(0.0, |most: f64, n| most.max(angle(normal.into(), *n)));
             let outward_normal = truth.outward(pixel, f64::from(frame.depth[pixel]));
-            let fits = |n: [f64; 3]| angle(n, drawn) < MAX_NORMAL_ERROR_DEGREES.max(max_angle);
+            let fits = |n: DVec3| angle(n, drawn) < MAX_NORMAL_ERROR_DEGREES.max(max_angle);
             if !fits(outward_normal) && !normals.into_iter().any(fits) {
                 wrong.normals.push(pixel);
             }
@@ -275,9 +267,8 @@ fn compare(truth: &mut RayTruth, frame: &Image, max_steps: u64) -> (WrongPixels,
     (wrong, compared)
 }
 
-fn angle(a: [f64; 3], b: [f64; 3]) -> f64 {
-    let dot: f64 = (0..3).map(|i| a[i] * b[i]).sum();
-    dot.clamp(-1.0, 1.0).acos().to_degrees()
+fn angle(a: DVec3, b: DVec3) -> f64 {
+    a.dot(b).clamp(-1.0, 1.0).acos().to_degrees()
 }
 
 /// Returns the number of pixels that the scene's head excuses.

@@ -4,6 +4,7 @@
 //! the edge. So its content must be found nearby in the other picture. A ring or speckle in one picture
 //! alone is therefore an error, although it creates edges of its own.
 
+use glam::Vec3;
 use sdfc_runtime::render::Image;
 
 /// Maximum difference of a colour channel, of 255.
@@ -104,8 +105,8 @@ impl Picture {
             return true;
         }
         let (s, t) = (self.depth[a], self.depth[b]);
-        let [n, m] = [a, b].map(|pixel| frame.normal[pixel]);
-        let cosine: f32 = (0..3).map(|i| n[i] * m[i]).sum();
+        let [n, m] = [a, b].map(|pixel| Vec3::from(frame.normal[pixel]));
+        let cosine = n.dot(m);
         self.is_hit(a) && ((s - t).abs() > MIN_DEPTH_STEP * s.min(t) || cosine < MIN_CREASE_COSINE)
     }
 
