@@ -39,7 +39,7 @@ pub struct Scene {
     /// Materials; the first is the default one.
     pub materials: Vec<Material>,
     /// Cameras; never empty, since a scene without one gets one that frames its bounds, marked
-    /// `automatic`.
+    /// `auto_framed`.
     pub cameras: Vec<SceneCamera>,
     /// Lights; a scene without any gets a key and a fill light.
     pub lights: Vec<SceneLight>,
@@ -97,11 +97,11 @@ pub struct SceneParam {
     pub doc: String,
     /// Kind of its value.
     pub kind: ParamKind,
-    /// Current value: one number, or three for colours (linear) and vectors.
+    /// Current value: one number, three for a colour (linear), or as many as a vector has.
     pub value: Vec<f64>,
     /// Value in the text.
     pub default: Vec<f64>,
-    /// Smallest and largest allowed value, in the units below.
+    /// Smallest and largest allowed value, in the units of `value`.
     pub range: Option<(f64, f64)>,
     /// Set if the largest value itself is allowed.
     pub inclusive: bool,

@@ -4,7 +4,7 @@
 //! The functions are `scene_distance(p)`, `scene_gradient(p)` (the gradient in `xyz`, the distance in
 //! `w`) and, if a scene has several materials, `scene_surface(p, n)`. They call the operations'
 //! recorded bodies, as the interpreter does. Identifiers come from the names in the scene, reduced to
-//! letters and digits; no other text of the scene is copied.
+//! letters, digits and underscores; no other text of the scene is copied.
 
 mod blocks;
 

@@ -2,8 +2,7 @@
 //!
 //! Boxes of written fields come from intervals, which are loose in rotated and folded space. There a
 //! box is far larger than its content. The signs of values at sample points are tighter, but prove
-//! nothing. The size selects the regions in which slopes are bounded, and the distance of cameras that
-//! are left open.
+//! nothing. The size selects the regions in which slopes are bounded.
 
 use crate::analysis::bounds::{ShapeBounds, UniformValues};
 use crate::analysis::climb::fibonacci_direction;
@@ -14,7 +13,7 @@ use sdfc_vm::interval::Interval;
 
 /// Minimum size, in units, from which a box may be due to loose intervals.
 const LOOSE_SIZE: f64 = 64.0;
-/// Minimum size of a scene without a subject, in units. Cameras that are left open have this distance.
+/// Minimum size of a scene without a subject, in units.
 const MIN_SIZE: f64 = 1.0;
 /// Exponents of the sampled distances from the origin, which are powers of two.
 const DISTANCE_EXPONENTS: std::ops::Range<i32> = -6..14;

@@ -153,7 +153,8 @@ impl<'a> Elaborator<'a> {
         id
     }
 
-    /// Combines shapes from left to right by an operation; empty shapes drop out.
+    /// Combines shapes from left to right by an operation. Empty shapes drop out, unless they make
+    /// the result empty.
     pub(crate) fn combine(
         &mut self,
         op: Op,

@@ -62,8 +62,8 @@ impl<'a> Elaborator<'a> {
         };
         let mut arguments = vec![blend.amount];
         if blend.kind == K::Distance {
-            // The blend is 0 thick at the origin and grows by 0.1 per unit of distance, to at most
-            // 4 times the amount.
+            // At the origin, the blend is as thick as the amount. It grows by 0.1 per unit of
+            // distance, to at most 4 times the amount.
             let (zero, growth, times) = (
                 self.graph.constant(0.0),
                 self.graph.constant(0.1),

@@ -1,7 +1,8 @@
 //! Set operations on shapes, and their blends.
 //!
 //! `a | b | c` is a single union of three shapes. A list among the operands contributes its
-//! elements. Empty operands are left out where that does not change the result.
+//! elements or, as in an intersection, their union. Empty operands are left out where that does not
+//! change the result.
 
 use crate::elaborate::Elaborator;
 use crate::elaborate::arguments::{Invocation, PassedArg};

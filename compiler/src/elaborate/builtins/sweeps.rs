@@ -123,7 +123,8 @@ impl<'a> Elaborator<'a> {
     }
 
     /// `section(solid, normal, at)`: the 2-D shape of a solid in a plane. For a normal along an
-    /// axis, its x and y are the next two axes; for any other normal, they lie in the plane.
+    /// axis, its x and y are the other two axes in their order; for any other normal, they lie in
+    /// the plane.
     pub(crate) fn section(&mut self, bound: BoundArgs<'a>) -> EvalResult<'a> {
         let (child, span) = (bound.shape(0), bound.span);
         if self.is_nothing(child) {
