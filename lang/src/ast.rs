@@ -126,7 +126,7 @@ pub struct ParamDefinition {
 pub struct ParamRange {
     /// Lowest value.
     pub start: Expr,
-    /// Highest value.
+    /// Highest value, which is excluded unless `inclusive`.
     pub end: Expr,
     /// Set if written with `..=`.
     pub inclusive: bool,
