@@ -10,7 +10,7 @@ use std::sync::Arc;
 pub struct Knob {
     /// Declaration of the param; `spec.default` is the value in the text.
     pub spec: Param,
-    /// Current value: one number, or three for colours (linear) and vectors.
+    /// Current value: one number, three for a colour (linear), or as many as a vector has.
     pub value: Vec<f64>,
     /// Notation of the value in the source text, if found.
     pub source: Option<ParamSource>,
