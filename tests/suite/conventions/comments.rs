@@ -23,6 +23,11 @@ const FORMER_PHRASES: [&str; 13] = [
     "a share of",
 ];
 
+/// Maximum number of words of a sentence.
+const MAX_SENTENCE_WORDS: usize = 25;
+/// Text before the rows of the table, whose docs are texts of `sdfc ops`.
+const START_OF_ROWS: &str = "macro_rules! for_each_operation {\n";
+
 /// The text of a doc comment's line.
 fn doc_text(line: &str) -> Option<&str> {
     let line = line.trim_start();
@@ -39,6 +44,65 @@ fn comment_text(line: &str) -> Option<&str> {
 fn begins_with(text: &str, opener: &str) -> bool {
     text.strip_prefix(opener)
         .is_some_and(|rest| !rest.starts_with(|c: char| c.is_alphanumeric()))
+}
+
+/// The text of a line that holds nothing but a comment.
+fn comment_line(line: &str) -> Option<&str> {
+    let text = line.trim_start().strip_prefix("//")?;
+    Some(text.strip_prefix(['/', '!']).unwrap_or(text).trim())
+}
+
+/// Reports whether a comment's line begins an item of a list.
+fn is_list_item(text: &str) -> bool {
+    let (marker, _) = text.split_once(' ').unwrap_or_default();
+    let number = marker.strip_suffix('.').unwrap_or_default();
+    matches!(marker, "-" | "*") || number.parse::<u32>().is_ok()
+}
+
+/// The paragraphs and list items of the comments of a file, with the numbers of their first lines. Tables,
+/// headings and blocks of code are left out.
+fn paragraphs(source: &str) -> Vec<(usize, String)> {
+    let mut found: Vec<(usize, String)> = Vec::new();
+    let (mut is_code, mut is_within) = (false, false);
+    for (index, line) in source.lines().enumerate() {
+        let Some(text) = comment_line(line) else {
+            (is_code, is_within) = (false, false);
+            continue;
+        };
+        let is_fence = text.starts_with("```");
+        is_code ^= is_fence;
+        if is_code || is_fence || text.is_empty() || text.starts_with(['|', '#']) {
+            is_within = false;
+            continue;
+        }
+        match found.last_mut() {
+            Some((_, paragraph)) if is_within && !is_list_item(text) => {
+                paragraph.push(' ');
+                paragraph.push_str(text);
+            }
+            _ => found.push((index + 1, text.to_owned())),
+        }
+        is_within = true;
+    }
+    found
+}
+
+/// Replaces each code span by one word and leaves out what is in parentheses.
+fn without_asides(paragraph: &str) -> String {
+    let parts = paragraph.split('`').enumerate();
+    let parts = parts.map(|(index, part)| if index % 2 == 1 { "code" } else { part });
+    let mut depth = 0_usize;
+    let mut is_outside = |c: char| {
+        let before = depth;
+        match c {
+            '(' => depth += 1,
+            ')' => depth = depth.saturating_sub(1),
+            _ => {}
+        }
+        before == 0 && depth == 0
+    };
+    let text: String = parts.collect();
+    text.chars().filter(|c| is_outside(*c)).collect()
 }
 
 #[test]
@@ -76,6 +140,28 @@ fn comments_keep_to_the_glossary() {
                 if text.contains(phrase) {
                     let path = source.path.display();
                     wrong.push(format!("{path}:{}: `{phrase}` in {text}", index + 1));
+                }
+            }
+        }
+    }
+    assert!(wrong.is_empty(), "{}\n{}", wrong.len(), wrong.join("\n"));
+}
+
+#[test]
+fn sentences_of_comments_are_short() {
+    let mut wrong = Vec::new();
+    for source in all_sources() {
+        let text = source.text.split(START_OF_ROWS).next().unwrap_or_default();
+        for (line, paragraph) in paragraphs(text) {
+            let paragraph = without_asides(&paragraph);
+            let words: Vec<&str> = paragraph.split_whitespace().collect();
+            for sentence in words.split_inclusive(|word| word.ends_with(['.', ':', ';', '?', '!']))
+            {
+                let is_word = |word: &&&str| word.contains(char::is_alphanumeric);
+                let count = sentence.iter().filter(is_word).count();
+                if count > MAX_SENTENCE_WORDS {
+                    let (path, sentence) = (source.path.display(), sentence.join(" "));
+                    wrong.push(format!("{path}:{line}: {count} words: {sentence}"));
                 }
             }
         }
