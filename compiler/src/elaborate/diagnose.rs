@@ -1,7 +1,7 @@
 //! Diagnostics: suggestions for misspelt names and names of other dialects, and a collection
 //! without duplicates.
 
-use sdfc_lang::{Diagnostic, DiagnosticCode, Span, codes};
+use sdfc_lang::{Diagnostic, DiagnosticCode, Span};
 use std::collections::HashSet;
 
 /// Maximum number of errors before elaboration is aborted.

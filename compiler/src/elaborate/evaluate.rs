@@ -6,7 +6,7 @@
 //! follow-up errors.
 
 use super::constness::Demand;
-use super::diagnose::{nearest, suggest, unknown_name};
+use super::diagnose::unknown_name;
 use super::value::{Abort, Closure, Env, EvalResult, Quantity, Range, ScalarValue, Value, Vector};
 use super::{Elaborator, vocabulary};
 use crate::expression::Stage;

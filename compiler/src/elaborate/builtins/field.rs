@@ -1,5 +1,6 @@
 //! Functions of the point: raw fields, terrain, displacement, warps, and noise.
 
+use crate::analysis::extent::extent;
 use crate::elaborate::Elaborator;
 use crate::elaborate::arguments::count_noun;
 use crate::elaborate::bound_args::BoundArgs;
