@@ -47,7 +47,7 @@ pub enum RenderStage {
     /// Marches rays to their ends.
     March,
     /// Refines hits.
-    Polish,
+    RefineRoots,
     /// Finds the normals of surfaces.
     Normal,
     /// Evaluates the material of surfaces.
@@ -202,7 +202,7 @@ pub fn stages(features: &Features) -> Vec<RenderStage> {
     let is_lit = mode == Mode::Shaded;
     let is_needed = |stage: RenderStage| match stage {
         RenderStage::Beam | RenderStage::March => true,
-        RenderStage::Polish => !matches!(mode, Mode::Steps | Mode::Mask),
+        RenderStage::RefineRoots => !matches!(mode, Mode::Steps | Mode::Mask),
         RenderStage::Normal => has_normals || surfaces,
         RenderStage::Surface => surfaces,
         RenderStage::Shadow => is_lit && casts_shadows(features),
@@ -238,7 +238,7 @@ impl RenderStage {
     pub const ALL: [Self; 11] = [
         Self::Beam,
         Self::March,
-        Self::Polish,
+        Self::RefineRoots,
         Self::Normal,
         Self::Surface,
         Self::Shadow,
@@ -266,7 +266,7 @@ impl RenderStage {
     /// resumable.
     pub fn evaluations(self, features: &Features) -> u32 {
         match self {
-            Self::Polish => marching::MAX_SECANT_STEPS,
+            Self::RefineRoots => marching::MAX_SECANT_STEPS,
             // Just outside, just inside, and across a discontinuity.
             Self::Normal if features.normals == Normals::Exact => 2 + discontinuity_taps(),
             Self::Normal => normals::taps(features.normals).len() as u32,
@@ -280,7 +280,7 @@ impl RenderStage {
     /// Returns the scene's functions that the stage calls.
     pub fn scene_functions(self, features: &Features) -> Vec<SceneFunction> {
         match self {
-            Self::Beam | Self::March | Self::Polish | Self::Shadow | Self::Occlusion => {
+            Self::Beam | Self::March | Self::RefineRoots | Self::Shadow | Self::Occlusion => {
                 vec![SceneFunction::Distance]
             }
             Self::Normal if features.normals == Normals::Exact => vec![SceneFunction::Gradient],
@@ -304,7 +304,7 @@ impl RenderStage {
         match self {
             Self::Beam => file!("beam"),
             Self::March => file!("march"),
-            Self::Polish => file!("polish"),
+            Self::RefineRoots => file!("refine_roots"),
             Self::Normal => file!("normal"),
             Self::Surface => file!("surface"),
             Self::Shadow => file!("shadow"),

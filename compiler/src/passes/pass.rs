@@ -35,8 +35,8 @@ pub struct PassOutput {
     pub lod_report: Option<LodReport>,
 }
 
-/// Copies the graph through `rewrite`. It maps each node that the root uses to a node of the new graph,
-/// given that graph, the old id, and the node with its inputs replaced.
+/// Copies the graph through `rewrite`. It maps each node that the root uses to a node of the new graph.
+/// Its arguments are that graph, the old id, and the node with its inputs replaced.
 pub(super) fn rewrite_graph(
     graph: &Graph,
     mut rewrite: impl FnMut(&mut Graph, NodeId, GraphNode) -> NodeId,

@@ -1,4 +1,4 @@
-//! The stages `march` and `polish`: the points at which rays end.
+//! The stages `march` and `refine_roots`: the points at which rays end.
 
 use super::lanes::{ColumnChoice, RayTask, is_nan, lanes};
 use super::{F32x64, LANES, Points};
@@ -227,23 +227,23 @@ impl RayTask for March<'_> {
 
 lanes! {
     /// Ends of rays during secant refinement.
-    PolishLanes {
+    RootLanes {
         origin_x, origin_y, origin_z, direction_x, direction_y, direction_z,
         t, field, t_other, field_other, estimate, side, steps,
     }
 }
 
 /// Ends of rays that are moved onto the surface: items are indices in the tile.
-pub(super) struct Polish<'a> {
+pub(super) struct RootRefinement<'a> {
     pub(super) frame: &'a FrameUniforms,
     pub(super) pixels: &'a [[f32; 2]],
     pub(super) rays: &'a mut [RayState],
 }
 
-impl RayTask for Polish<'_> {
-    type Block = PolishLanes;
+impl RayTask for RootRefinement<'_> {
+    type Block = RootLanes;
 
-    fn begin(&mut self, item: u32, b: &mut PolishLanes, lane: usize) -> bool {
+    fn begin(&mut self, item: u32, b: &mut RootLanes, lane: usize) -> bool {
         let f = self.frame;
         let ray = &mut self.rays[item as usize];
         // Rays that ran out of steps have no change of sign to refine.
@@ -280,7 +280,7 @@ impl RayTask for Polish<'_> {
     }
 
     #[inline(always)]
-    fn points(&self, b: &PolishLanes, points: &mut Points) {
+    fn points(&self, b: &RootLanes, points: &mut Points) {
         for i in 0..LANES {
             let origin = V3::new(b.origin_x.0[i], b.origin_y.0[i], b.origin_z.0[i]);
             let direction = V3::new(b.direction_x.0[i], b.direction_y.0[i], b.direction_z.0[i]);
@@ -292,7 +292,7 @@ impl RayTask for Polish<'_> {
     }
 
     #[inline(always)]
-    fn advance(&self, b: &mut PolishLanes, values: &F32x64, ended: &mut [bool; LANES]) {
+    fn advance(&self, b: &mut RootLanes, values: &F32x64, ended: &mut [bool; LANES]) {
         let choice = ColumnChoice::new();
         for (i, ended) in ended.iter_mut().enumerate() {
             let distance = values.0[i];
@@ -328,7 +328,7 @@ impl RayTask for Polish<'_> {
         }
     }
 
-    fn end(&mut self, item: u32, b: &PolishLanes, lane: usize) {
+    fn end(&mut self, item: u32, b: &RootLanes, lane: usize) {
         let ray = &mut self.rays[item as usize];
         ray.t = b.estimate.0[lane];
         ray.steps += b.steps.0[lane] as u32;

@@ -378,7 +378,7 @@ impl Marcher {
         (front, ray_count)
     }
 
-    /// Refines the hits in the leaf by secant steps, as far as the surface lies in it. The stage `polish`
+    /// Refines the hits in the leaf by secant steps, as far as the surface lies in it. The stage `refine_roots`
     /// does the others.
     fn refine_hits(
         &mut self,

@@ -3,7 +3,7 @@
 use super::beam::Beams;
 use super::lanes::run_streamed;
 use super::leaf_bins::{self, LeafBins};
-use super::march::{March, Polish};
+use super::march::{March, RootRefinement};
 use super::packet::NO_LEAF;
 use super::tile::{Tile, corners};
 use super::{Evaluator, RenderField, debug_views, normal, occlusion, shade, shadow};
@@ -40,8 +40,8 @@ impl Tile {
                 // The march computes beams itself, where it uses them.
                 RenderStage::Beam => 0,
                 RenderStage::March => self.march(f, traversal, evaluator),
-                RenderStage::Polish | RenderStage::Normal if self.has_known_hits => 0,
-                RenderStage::Polish => self.polish(f, evaluator),
+                RenderStage::RefineRoots | RenderStage::Normal if self.has_known_hits => 0,
+                RenderStage::RefineRoots => self.refine_roots(f, evaluator),
                 RenderStage::Normal => normal::find_normals(f, features.normals, self, evaluator),
                 RenderStage::Surface => normal::find_surfaces(f, self, evaluator),
                 RenderStage::Shadow => {
@@ -162,9 +162,13 @@ impl Tile {
         evaluations
     }
 
-    fn polish(&mut self, frame: &layout::FrameUniforms, evaluator: &mut dyn Evaluator) -> u64 {
+    fn refine_roots(
+        &mut self,
+        frame: &layout::FrameUniforms,
+        evaluator: &mut dyn Evaluator,
+    ) -> u64 {
         let items = std::mem::take(&mut self.shown);
-        let mut task = Polish {
+        let mut task = RootRefinement {
             frame,
             pixels: &self.pixels,
             rays: &mut self.rays,
@@ -203,7 +207,7 @@ pub(super) fn geometry(field: &dyn RenderField, picture: &RenderJob) -> Geometry
             let stages = [
                 RenderStage::Beam,
                 RenderStage::March,
-                RenderStage::Polish,
+                RenderStage::RefineRoots,
                 RenderStage::Normal,
             ];
             let inputs = (stages.as_slice(), traversal.as_ref(), None);

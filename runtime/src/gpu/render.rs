@@ -58,7 +58,7 @@ impl StagePlan {
 fn typical_evaluations(stage: RenderStage, features: &Features) -> u32 {
     match stage {
         RenderStage::Normal => normals::taps(features.normals).len().max(1) as u32,
-        RenderStage::Polish => stage.evaluations(features) / 2,
+        RenderStage::RefineRoots => stage.evaluations(features) / 2,
         stage => stage.evaluations(features),
     }
 }
@@ -452,7 +452,7 @@ impl<S: GpuScene> SceneRunner<S> {
                         .map(|block| u64::from(beams[block].steps));
                     steps.sum()
                 }
-                RenderStage::March | RenderStage::Polish | RenderStage::Plane => 0,
+                RenderStage::March | RenderStage::RefineRoots | RenderStage::Plane => 0,
                 RenderStage::Shade | RenderStage::View | RenderStage::Edges => 0,
             };
         }

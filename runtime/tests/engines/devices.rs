@@ -207,7 +207,7 @@ fn a_program_too_long_for_a_stage_is_refused_before_anything_runs() {
     let refused = interp.render(&full_view, &|_| {}).map(|image| image.stats);
     let expected = EngineError::TooLong {
         kind: EngineKind::Interp,
-        what: "polish",
+        what: "refine_roots",
         need: allowed + 1,
         allowed,
     };
@@ -217,7 +217,7 @@ fn a_program_too_long_for_a_stage_is_refused_before_anything_runs() {
         expected.to_string(),
         format!(
             "the program has {} instructions, at most {allowed} are allowed on engine interp for \
-             polish",
+             refine_roots",
             allowed + 1
         )
     );

@@ -1,4 +1,4 @@
-// polish: refines the change of sign where each ray ended, by a few secant steps within its bracket.
+// refine_roots: refines the change of sign where each ray ended, by a few secant steps within its bracket.
 
 @group(0) @binding(2) var<storage, read_write> rays: array<RayState>;
 
