@@ -10,43 +10,49 @@ mod pass;
 
 use crate::graph::Graph;
 use lod::LodReport;
-pub use pass::{Context, Pass, PassOutput};
+pub use pass::{Context, Pass, PassEffect, PassOutput};
 
 /// All passes, in the order in which they run.
 pub const PASSES: [Pass; 6] = [
     Pass {
         name: "fold",
         summary: "folds constants and operations without effect; values stay the same",
+        effect: PassEffect::Rounding,
         needs_lod_target: false,
         run: fold::fold,
     },
     Pass {
         name: "cse",
         summary: "merges equal nodes, also with operands exchanged; values stay the same",
+        effect: PassEffect::None,
         needs_lod_target: false,
         run: cse::cse,
     },
     Pass {
         name: "lipschitz",
         summary: "reduces divisors of slopes that are larger than necessary; values stay safe steps",
+        effect: PassEffect::LargerSteps,
         needs_lod_target: false,
         run: lipschitz::lipschitz,
     },
     Pass {
         name: "lod",
         summary: "with `--lod` only: simplifies details below the tolerance; values change by at most that",
+        effect: PassEffect::Simplification,
         needs_lod_target: true,
         run: lod::lod,
     },
     Pass {
         name: "bounding",
         summary: "adds guards that skip distant shapes; values stay the same",
+        effect: PassEffect::None,
         needs_lod_target: false,
         run: bounding::bounding,
     },
     Pass {
         name: "dead",
         summary: "removes nodes that nothing reads; values stay the same",
+        effect: PassEffect::None,
         needs_lod_target: false,
         run: dead::dead,
     },

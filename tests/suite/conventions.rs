@@ -1,5 +1,6 @@
 //! Conventions of the source text that no compiler checks.
 
+mod additions;
 mod circles;
 mod comments;
 mod crates;

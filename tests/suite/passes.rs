@@ -2,7 +2,7 @@
 
 use crate::corpus::{compiled, compiled_text, name, on_large_stack, scenes};
 use sdfc_compiler::export::module_text;
-use sdfc_compiler::passes::{PASSES, PassOptions};
+use sdfc_compiler::passes::{PASSES, Pass, PassEffect, PassOptions};
 use sdfc_vm::evaluate::evaluate;
 use sdfc_vm::lanes::{F32x64, LANES};
 use sdfc_vm::listing;
@@ -54,9 +54,13 @@ fn passes_keep_every_bit() {
             assert_eq!(expected.len(), 64 * LANES);
             for options in &variants {
                 let other = values(&compiled(path, options.clone()).module.distance);
-                // Without `lipschitz`, values may be smaller, but never larger or of the opposite sign.
-                let may_shrink =
-                    options.disable_all || options.disabled.iter().any(|p| p == "lipschitz");
+                // Without larger steps, values may be smaller, but never larger or of the opposite sign.
+                let is_left_out = |pass: &Pass| {
+                    options.disable_all || options.disabled.iter().any(|name| name == pass.name)
+                };
+                let may_shrink = PASSES
+                    .iter()
+                    .any(|pass| pass.effect == PassEffect::LargerSteps && is_left_out(pass));
                 let same = |a: f32, b: f32| {
                     let shrunk = may_shrink && b.abs() <= a.abs() * 1.00001 && a * b > 0.0;
                     a == b || (a.is_nan() && b.is_nan()) || shrunk
@@ -126,7 +130,8 @@ fn guards_skip_only_what_does_not_matter() {
 }
 
 /// Returns dumps of a scene without and with one pass, after all passes before it.
-fn before_and_after(pass: &str, text: &str) -> String {
+fn before_and_after(pass: &str, path: &Path) -> String {
+    let text = std::fs::read_to_string(path).expect("the scene can be read");
     let passes_before = PASSES.iter().take_while(|p| p.name != pass);
     let passes_from = PASSES.iter().skip_while(|p| p.name != pass);
     let without = |passes: Vec<&str>| PassOptions {
@@ -135,8 +140,8 @@ fn before_and_after(pass: &str, text: &str) -> String {
     };
     let names: Vec<&str> = passes_from.map(|p| p.name).collect();
     assert!(passes_before.count() + names.len() == PASSES.len());
-    let without_pass = compiled_text(text, without(names.clone()));
-    let with_pass = compiled_text(text, without(names[1..].to_vec()));
+    let without_pass = compiled_text(&text, without(names.clone()));
+    let with_pass = compiled_text(&text, without(names[1..].to_vec()));
     let notes = with_pass
         .passes
         .iter()
@@ -149,27 +154,36 @@ fn before_and_after(pass: &str, text: &str) -> String {
     )
 }
 
-fn check(pass: &str, text: &str) {
+fn check(name: &str, text: &str) {
     insta::with_settings!({ prepend_module_to_snapshot => false, omit_expression => true }, {
-        insta::assert_snapshot!(format!("pass__{pass}"), text);
+        insta::assert_snapshot!(name, text);
     });
 }
 
+/// A pass for level of detail is shown by `lod::`, for a picture.
 #[test]
 fn each_pass_shows_what_it_does() {
-    let frames = "box(1).rotate(20deg, Y).warp(fn(p) => [p.x + 0.5, p.y, -p.z]).offset(0)\n";
-    check("fold", &before_and_after("fold", frames));
-    check("dead", &before_and_after("dead", frames));
-    let twice = "let a = sphere(1);\nlet b = box(1.5);\n(a | b) - (b | a).offset(-0.1)\n";
-    check("cse", &before_and_after("cse", twice));
-    check("lipschitz", &before_and_after("lipschitz", frames));
+    for pass in PASSES.iter().filter(|pass| !pass.needs_lod_target) {
+        let path = Path::new(env!("CARGO_MANIFEST_DIR"))
+            .join("tests/passes")
+            .join(pass.name)
+            .join("fires.sdf");
+        check(
+            &format!("pass__{}", pass.name),
+            &before_and_after(pass.name, &path),
+        );
+    }
+}
+
+#[test]
+fn guards_stand_in_every_stage() {
     let piles = "union(for i in 0..48 { box(0.3).rotate(i * 10deg, Y)\
                  .translate(i % 4 + floor(i / 24) * 20, floor(i / 4) % 6, 0) })\n";
     let compiled = compiled_text(piles, PassOptions::default());
     let wgsl = module_text(&compiled);
     let function = wgsl.find("fn scene_distance").unwrap_or_default();
     check(
-        "bounding",
+        "guards",
         &format!(
             "{piles}\n--- optimized\n{}\n--- asm\n{}\n--- wgsl\n{}",
             compiled.optimized.dump(),

@@ -2,7 +2,8 @@
 //!
 //! Engines are tested against it, so it shares only the language front end with them. Shapes, combinations,
 //! distances, slopes and hits are implemented here independently, from the meaning of the table's rows.
-//! Only the lattice of gradient noise comes from the crate `vm`.
+//! Only the lattice of gradient noise comes from the crate `vm`, and the bodies of solids without a distance
+//! here. Tests of that crate compare these with the definition of their inside.
 
 mod arithmetic;
 mod build;

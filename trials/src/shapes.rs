@@ -3,127 +3,37 @@
 //! Lengths are multiples of 1/64, which `f32` represents exactly, and about as large as a unit. Some are
 //! degenerate on purpose: zero where that is allowed, the largest that fits, or equal to each other.
 
+mod numbers;
+mod rows;
+
 use crate::random::Random;
+pub use numbers::length;
+use numbers::{LENGTH_STEPS_PER_UNIT, degrees, direction, length_or_zero, rounding, vector};
+use rows::{ShapeClass, call};
 
-/// Denominator of all lengths.
-const LENGTH_STEPS_PER_UNIT: f64 = 64.0;
-/// Probability of a degenerate number, in percent.
-const DEGENERATE_PERCENT: usize = 12;
-
-/// Returns a multiple of 1/64 between two lengths.
-pub fn length(r: &mut Random, min: f64, max: f64) -> f64 {
-    let steps = ((max - min) * LENGTH_STEPS_PER_UNIT) as usize;
-    min + r.below(steps + 1) as f64 / LENGTH_STEPS_PER_UNIT
-}
-
-/// Returns a length that may be zero.
-fn length_or_zero(r: &mut Random, max: f64) -> f64 {
-    if r.chance(DEGENERATE_PERCENT) {
-        return 0.0;
-    }
-    length(r, 1.0 / LENGTH_STEPS_PER_UNIT, max)
-}
-
-/// Returns a rounding radius between zero and the largest that fits, both included.
-fn rounding(r: &mut Random, max: f64) -> f64 {
-    match r.below(6) {
-        0 => max,
-        1 => 0.0,
-        _ => max * r.below(64) as f64 / 64.0,
-    }
-}
-
-/// Returns a vector with signed components.
-fn vector(r: &mut Random, max: f64) -> [f64; 3] {
-    [0; 3].map(|_| length(r, -max, max))
-}
-
-/// Returns a nonzero vector.
-fn direction(r: &mut Random) -> [f64; 3] {
-    let v = vector(r, 1.0);
-    if v == [0.0; 3] { [0.0, 1.0, 0.0] } else { v }
-}
-
-/// Returns an integer number of degrees.
-fn degrees(r: &mut Random, min: usize, max: usize) -> usize {
-    min + r.below(max - min + 1)
+/// Returns a shape of a row of this class.
+fn shape_of_class(r: &mut Random, class: ShapeClass) -> String {
+    let row = r.pick(&rows::rows(class));
+    call(r, row)
 }
 
 /// Returns a solid with exact distances everywhere by its row, centered near the origin.
 pub fn exact_solid(r: &mut Random) -> String {
-    let [a, b, c] = [0; 3].map(|_| length(r, 0.125, 0.875));
-    match r.below(17) {
-        0 => format!("sphere({a})"),
-        1 => format!("box({a}, {b}, {c})"),
-        2 => {
-            let round = rounding(r, a.min(b).min(c) / 2.0);
-            format!("box({a}, {b}, {c}, round: {round})")
-        }
-        3 => format!("capsule(h: {}, r: {b})", length_or_zero(r, 0.875)),
-        4 => {
-            let from = vector(r, 0.5);
-            let to = vector(r, 0.5);
-            format!("capsule(from: {from:?}, to: {to:?}, r: {})", a / 2.0)
-        }
-        5 => format!("torus(r1: {a}, r2: {})", a.min(b)),
-        6 => format!(
-            "torus(r1: {a}, r2: {}, angle: {}deg)",
-            a.min(b) / 2.0,
-            degrees(r, 1, 359)
-        ),
-        7 => format!("cylinder(r: {a}, h: {b})"),
-        8 => format!(
-            "cylinder(r: {a}, h: {b}, round: {})",
-            rounding(r, a.min(b / 2.0))
-        ),
-        9 => {
-            let (from, to) = (vector(r, 0.5), vector(r, 0.5));
-            format!("cylinder(from: {from:?}, to: {to:?}, r: {})", a / 2.0)
-        }
-        10 => format!("cone(r1: {a}, r2: {}, h: {c})", length_or_zero(r, 0.75)),
-        11 => {
-            let (top, round) = (length_or_zero(r, 0.75), rounding(r, a.min(c) / 8.0));
-            format!("cone(r1: {a}, r2: {top}, h: {c}, round: {round})")
-        }
-        12 => format!("round_cone(r1: {a}, r2: {b}, h: {c})"),
-        13 => format!("prism({}, {a}, {b})", 2 + r.below(7)),
-        14 => format!("octahedron({a})"),
-        15 => format!("pyramid({a}, {b})"),
-        _ => {
-            let tube = b.min(c) / 4.0;
-            format!(
-                "link({}, {}, {tube})",
-                length_or_zero(r, 0.5),
-                tube + a / 2.0
-            )
-        }
-    }
+    shape_of_class(r, ShapeClass::ExactSolid)
 }
 
 /// Returns a 2-D shape with exact distances everywhere by its row.
 pub fn exact_shape_2d(r: &mut Random) -> String {
-    let [a, b] = [0; 2].map(|_| length(r, 0.125, 0.875));
-    match r.below(7) {
-        0 => format!("circle({a})"),
-        1 => format!("rect({a}, {b})"),
-        2 => format!("rect([{a}, {b}], round: {})", rounding(r, a.min(b) / 2.0)),
-        3 => {
-            let ([x, y, _], [u, v, _]) = (vector(r, 0.5), vector(r, 0.5));
-            format!("segment([{x}, {y}], [{u}, {v}], r: {})", a / 2.0)
-        }
-        4 => format!("ngon({}, {a})", 2 + r.below(7)),
-        5 => format!("star({}, {a}, {b})", 2 + r.below(6)),
-        _ => {
-            let count = 3 + r.below(4);
-            let corner = |index: usize| {
-                let (sine, cosine) =
-                    (std::f64::consts::TAU * index as f64 / count as f64).sin_cos();
-                let distance = length(r, 0.25, 0.75);
-                [cosine * distance, sine * distance]
-            };
-            polygon((0..count).map(corner).collect())
-        }
+    if r.chance(14) {
+        let count = 3 + r.below(4);
+        let corner = |index: usize| {
+            let (sine, cosine) = (std::f64::consts::TAU * index as f64 / count as f64).sin_cos();
+            let distance = length(r, 0.25, 0.75);
+            [cosine * distance, sine * distance]
+        };
+        return polygon((0..count).map(corner).collect());
     }
+    shape_of_class(r, ShapeClass::ExactShape2d)
 }
 
 /// Returns a polygon whose sides may cross each other.
@@ -147,13 +57,17 @@ fn polygon(corners: Vec<[f64; 2]>) -> String {
 fn bound_solid(r: &mut Random) -> String {
     let [a, b, c] = [0; 3].map(|_| length(r, 0.25, 0.875));
     match r.below(8) {
-        0 => format!("box_frame([{a}, {b}, {c}], {})", a.min(b).min(c) / 4.0),
-        1 => format!("torus(r1: {}, r2: {})", a.min(b) / 2.0, a.max(b)),
-        2 => format!("ellipsoid([{a}, {b}, {c}])"),
-        3 => format!("tetrahedron({a})"),
-        4 => format!("(gyroid({a}, {}) & box({b}))", a / 8.0),
-        5 => format!("(schwarz_p({a}, {}) & sphere({b}))", a / 8.0),
-        6 => format!("(diamond({a}, {}) & box({b}, {c}, 1))", a / 8.0),
+        0 | 1 => shape_of_class(r, ShapeClass::BoundSolid { is_finite: true }),
+        2..=4 => {
+            let solid = shape_of_class(r, ShapeClass::BoundSolid { is_finite: false });
+            let limit = match r.below(3) {
+                0 => format!("box({b})"),
+                1 => format!("sphere({b})"),
+                _ => format!("box({b}, {c}, 1)"),
+            };
+            format!("({solid} & {limit})")
+        }
+        5 => format!("torus(r1: {}, r2: {})", a.min(b) / 2.0, a.max(b)),
         _ => format!(
             "{}.extrude({a}, round: {})",
             exact_shape_2d(r),
@@ -164,11 +78,7 @@ fn bound_solid(r: &mut Random) -> String {
 
 /// Returns an unbounded solid, half of the time cut by a sphere.
 fn unbounded_solid(r: &mut Random) -> String {
-    let solid = match r.below(3) {
-        0 => format!("plane({:?}, at: {})", direction(r), length(r, -0.5, 0.5)),
-        1 => format!("slab({:?}, {})", direction(r), length(r, 0.125, 0.75)),
-        _ => format!("infinite_cone({}deg)", degrees(r, 2, 180)),
-    };
+    let solid = shape_of_class(r, ShapeClass::UnboundedSolid);
     match r.chance(50) {
         true => format!("({solid} & sphere({}))", length(r, 0.5, 1.0)),
         false => solid,

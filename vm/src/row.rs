@@ -306,6 +306,14 @@ pub struct OpFacts {
     pub reads_lattice: bool,
     /// The flat faces that it has for all parameters.
     pub flats: &'static [Flat],
+    /// Set if its shapes are convex for all parameters. Unset is safe: fewer cutters are then extended.
+    pub is_convex: bool,
+    /// The axis about which its shapes are rotationally symmetric for all parameters. `None` is safe: more
+    /// copies are then evaluated.
+    pub axis_of_revolution: Option<usize>,
+    /// Set if its solids stay the same when x becomes y, y becomes z and z becomes x. None of the axes is up
+    /// then, and the solid is not turned in scenes with z up.
+    pub has_equal_axes: bool,
     /// The author and the publication of the formula.
     pub source: &'static str,
 }

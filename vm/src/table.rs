@@ -2,9 +2,9 @@
 //! verifier, and the evaluation on every number type. So are the recorded WGSL, the interpreter's `switch`,
 //! the language's built-ins and the reference.
 //!
-//! To add a shape: write its body under [`crate::ops`], add a row here, add a test scene. A row consists of
-//! the name, the body, inputs and parameters, the result, and the facts about the operation. It also
-//! converts a call's arguments to the parameters.
+//! To add a shape: write its body under [`crate::ops`], add a row here, add a test scene, and define its
+//! inside for the tests. A row consists of the name, the body, inputs and parameters, the result, and the
+//! facts about the operation. It also converts a call's arguments to the parameters.
 
 use crate::bounds::Bounds;
 use crate::interval::NOISE_STEEPNESS;
@@ -25,6 +25,9 @@ macro_rules! for_each_operation {
             Sphere "sphere" = shapes::sphere(p: Point; r: Scalar) -> Value, prepare::identity, OpFacts {
                 language: Some(Language { name: "sphere", arguments: &[required("r", A::Radius)] }),
                 bounds: BoundsRule::Shape(|a| Bounds::sphere(a[0])),
+                is_convex: true,
+                axis_of_revolution: Some(Y_AXIS),
+                has_equal_axes: true,
                 source: "J. C. Hart, Sphere Tracing, 1996, appendix A",
                 ..SOLID
             };
@@ -33,6 +36,7 @@ macro_rules! for_each_operation {
                 language: Some(Language { name: "box", arguments: &[required("size", A::Size3)] }),
                 bounds: BoundsRule::Shape(volumes::cuboid),
                 flats: &[flat(0, 0), flat(1, 1), flat(2, 2)],
+                is_convex: true,
                 source: "I. Quilez, Distance Functions: box",
                 ..SOLID
             };
@@ -40,6 +44,7 @@ macro_rules! for_each_operation {
             RoundedCuboid "rounded_cuboid" = shapes::rounded_cuboid(p: Point; half: Vec3, round: Scalar) -> Value, prepare::rounded_size, OpFacts {
                 language: Some(Language { name: "box", arguments: &[required("size", A::Size3), optional("round", A::LengthOrZero, &[0.0])] }),
                 bounds: BoundsRule::Shape(volumes::cuboid),
+                is_convex: true,
                 source: "I. Quilez, Distance Functions: round box",
                 ..SOLID
             };
@@ -55,6 +60,8 @@ macro_rules! for_each_operation {
             Capsule "capsule" = shapes::capsule(p: Point; half: Scalar, r: Scalar) -> Value, prepare::halve_first, OpFacts {
                 language: Some(Language { name: "capsule", arguments: &[required("h", A::LengthOrZero), required("r", A::Radius)] }),
                 bounds: BoundsRule::Shape(volumes::capsule),
+                is_convex: true,
+                axis_of_revolution: Some(Y_AXIS),
                 source: "I. Quilez, Distance Functions: vertical capsule",
                 ..SOLID
             };
@@ -62,6 +69,7 @@ macro_rules! for_each_operation {
             CapsuleBetween "capsule_between" = shapes::capsule_between(p: Point; start: Vec3, r: Scalar, axis: Vec3, inverse: Scalar) -> Value, prepare::segment, OpFacts {
                 language: Some(Language { name: "capsule", arguments: &[required("from", A::Vec3), required("to", A::Vec3), required("r", A::Radius)] }),
                 bounds: BoundsRule::Shape(volumes::capsule_between),
+                is_convex: true,
                 source: "I. Quilez, Distance Functions: capsule",
                 ..SOLID
             };
@@ -69,6 +77,7 @@ macro_rules! for_each_operation {
             Torus "torus" = shapes::torus(p: Point; ring: Scalar, tube: Scalar) -> Value, prepare::identity, OpFacts {
                 language: Some(Language { name: "torus", arguments: &[required("r1", A::Radius), required("r2", A::Radius)] }),
                 bounds: BoundsRule::Shape(volumes::torus),
+                axis_of_revolution: Some(Y_AXIS),
                 source: "I. Quilez, Distance Functions: torus",
                 ..SOLID
             };
@@ -84,6 +93,8 @@ macro_rules! for_each_operation {
                 language: Some(Language { name: "cylinder", arguments: &[required("r", A::Radius), required("h", A::Length)] }),
                 bounds: BoundsRule::Shape(volumes::cylinder),
                 flats: &[flat(1, 1)],
+                is_convex: true,
+                axis_of_revolution: Some(Y_AXIS),
                 source: "I. Quilez, Distance Functions: capped cylinder",
                 ..SOLID
             };
@@ -91,6 +102,8 @@ macro_rules! for_each_operation {
             RoundedCylinder "rounded_cylinder" = shapes::rounded_cylinder(p: Point; r: Scalar, half: Scalar, round: Scalar) -> Value, prepare::rounded_cylinder, OpFacts {
                 language: Some(Language { name: "cylinder", arguments: &[required("r", A::Radius), required("h", A::Length), optional("round", A::LengthOrZero, &[0.0])] }),
                 bounds: BoundsRule::Shape(volumes::cylinder),
+                is_convex: true,
+                axis_of_revolution: Some(Y_AXIS),
                 source: "I. Quilez, Distance Functions: rounded cylinder",
                 ..SOLID
             };
@@ -98,6 +111,7 @@ macro_rules! for_each_operation {
             CylinderBetween "cylinder_between" = shapes::cylinder_between(p: Point; middle: Vec3, r: Scalar, axis: Vec3, half: Scalar) -> Value, prepare::axis_midpoint, OpFacts {
                 language: Some(Language { name: "cylinder", arguments: &[required("from", A::Vec3), required("to", A::Vec3), required("r", A::Radius)] }),
                 bounds: BoundsRule::Shape(volumes::cylinder_between),
+                is_convex: true,
                 source: "I. Quilez, Distance Functions: arbitrary capped cylinder",
                 ..SOLID
             };
@@ -105,6 +119,7 @@ macro_rules! for_each_operation {
             InfiniteCone "infinite_cone" = shapes::infinite_cone(p: Point; side: Vec2) -> Value, prepare::half_angle, OpFacts {
                 language: Some(Language { name: "infinite_cone", arguments: &[required("angle", A::Angle)] }),
                 bounds: BoundsRule::Shape(volumes::infinite_cone),
+                axis_of_revolution: Some(Y_AXIS),
                 source: "I. Quilez, Distance Functions: cone",
                 ..SOLID
             };
@@ -112,6 +127,8 @@ macro_rules! for_each_operation {
             Cone "cone" = shapes::cone(p: Point; bottom: Scalar, top: Scalar, half: Scalar, slope: Scalar, across: Vec2) -> Value, prepare::cone, OpFacts {
                 language: Some(Language { name: "cone", arguments: &[required("r1", A::RadiusOrZero), required("r2", A::RadiusOrZero), required("h", A::Length)] }),
                 bounds: BoundsRule::Shape(volumes::cone),
+                is_convex: true,
+                axis_of_revolution: Some(Y_AXIS),
                 source: "I. Quilez, Distance Functions: capped cone; by the nearest of face, side and rim",
                 ..SOLID
             };
@@ -119,6 +136,8 @@ macro_rules! for_each_operation {
             RoundedCone "rounded_cone" = shapes::rounded_cone(p: Point; bottom: Scalar, top: Scalar, half: Scalar, slope: Scalar, across: Vec2, middle: Scalar, round: Scalar) -> Value, prepare::rounded_cone, OpFacts {
                 language: Some(Language { name: "cone", arguments: &[required("r1", A::RadiusOrZero), required("r2", A::RadiusOrZero), required("h", A::Length), optional("round", A::LengthOrZero, &[0.0])] }),
                 bounds: BoundsRule::Shape(volumes::rounded_cone),
+                is_convex: true,
+                axis_of_revolution: Some(Y_AXIS),
                 source: "the cone inset on all sides, and offset outwards",
                 ..SOLID
             };
@@ -126,6 +145,8 @@ macro_rules! for_each_operation {
             RoundCone "round_cone" = shapes::round_cone(p: Point; lower: Scalar, upper: Scalar, low: Scalar, height: Scalar, slant: Vec2) -> Value, prepare::round_cone, OpFacts {
                 language: Some(Language { name: "round_cone", arguments: &[required("r1", A::Radius), required("r2", A::Radius), required("h", A::Length)] }),
                 bounds: BoundsRule::Shape(volumes::round_cone),
+                is_convex: true,
+                axis_of_revolution: Some(Y_AXIS),
                 source: "I. Quilez, Distance Functions: round cone",
                 ..SOLID
             };
@@ -133,6 +154,7 @@ macro_rules! for_each_operation {
             Ellipsoid "ellipsoid" = shapes::ellipsoid(p: Point; r: Vec3) -> Value, prepare::identity, OpFacts {
                 language: Some(Language { name: "ellipsoid", arguments: &[required("r", A::Radii3)] }),
                 bounds: BoundsRule::Shape(volumes::ellipsoid),
+                is_convex: true,
                 source: "D. Eberly, Distance from a Point to an Ellipse, an Ellipsoid, or a Hyperellipsoid, 2013",
                 ..SOLID
             };
@@ -140,6 +162,7 @@ macro_rules! for_each_operation {
             Plane "plane" = shapes::plane(p: Point; normal: Vec3, at: Scalar) -> Value, prepare::identity, OpFacts {
                 language: Some(Language { name: "plane", arguments: &[required("normal", A::Direction), optional("at", A::Offset, &[0.0])] }),
                 bounds: BoundsRule::Shape(volumes::plane),
+                is_convex: true,
                 source: "J. C. Hart, Sphere Tracing, 1996, appendix A",
                 ..SOLID
             };
@@ -147,6 +170,7 @@ macro_rules! for_each_operation {
             Slab "slab" = shapes::slab(p: Point; normal: Vec3, half: Scalar) -> Value, prepare::halve_last, OpFacts {
                 language: Some(Language { name: "slab", arguments: &[required("normal", A::Direction), required("thickness", A::Length)] }),
                 bounds: BoundsRule::Shape(volumes::slab),
+                is_convex: true,
                 source: "two planes",
                 ..SOLID
             };
@@ -155,6 +179,7 @@ macro_rules! for_each_operation {
                 language: Some(Language { name: "prism", arguments: &[required("n", A::Count), required("r", A::Radius), required("h", A::Length)] }),
                 bounds: BoundsRule::Shape(volumes::prism),
                 flats: &[flat(1, 4)],
+                is_convex: true,
                 source: "a regular polygon, extruded",
                 ..SOLID
             };
@@ -162,6 +187,8 @@ macro_rules! for_each_operation {
             Octahedron "octahedron" = shapes::octahedron(p: Point; r: Scalar) -> Value, prepare::identity, OpFacts {
                 language: Some(Language { name: "octahedron", arguments: &[required("r", A::Radius)] }),
                 bounds: BoundsRule::Shape(|a| Bounds::sphere(a[0])),
+                is_convex: true,
+                has_equal_axes: true,
                 source: "I. Quilez, Distance Functions: octahedron",
                 ..SOLID
             };
@@ -169,6 +196,7 @@ macro_rules! for_each_operation {
             Tetrahedron "tetrahedron" = shapes::tetrahedron(p: Point; inner: Scalar) -> Value, prepare::tetrahedron, OpFacts {
                 language: Some(Language { name: "tetrahedron", arguments: &[required("r", A::Radius)] }),
                 bounds: BoundsRule::Shape(volumes::tetrahedron),
+                is_convex: true,
                 source: "the nearest of a face, an edge and a corner, by symmetry",
                 ..SOLID
             };
@@ -176,6 +204,7 @@ macro_rules! for_each_operation {
             Pyramid "pyramid" = shapes::pyramid(p: Point; base: Scalar, half: Scalar, across: Vec2, slope: Scalar, inverse: Scalar) -> Value, prepare::pyramid, OpFacts {
                 language: Some(Language { name: "pyramid", arguments: &[required("size", A::Length), required("h", A::Length)] }),
                 bounds: BoundsRule::Shape(volumes::pyramid),
+                is_convex: true,
                 source: "I. Quilez, Distance Functions: pyramid; by the nearest of base, side and edge",
                 ..SOLID
             };
@@ -191,6 +220,7 @@ macro_rules! for_each_operation {
                 language: Some(Language { name: "gyroid", arguments: &[required("cell", A::Length), required("thickness", A::Length)] }),
                 exactness: Exactness::Bound,
                 bounds: BoundsRule::Infinite,
+                has_equal_axes: true,
                 source: "A. H. Schoen, Infinite Periodic Minimal Surfaces, 1970; the level function divided by its slope bound √3",
                 ..SOLID
             };
@@ -215,6 +245,8 @@ macro_rules! for_each_operation {
             Circle "circle" = shapes2::circle(p: Plane; r: Scalar) -> Value, prepare::identity, OpFacts {
                 language: Some(Language { name: "circle", arguments: &[required("r", A::Radius)] }),
                 bounds: BoundsRule::Shape(volumes::circle),
+                is_convex: true,
+                axis_of_revolution: Some(Z_AXIS),
                 source: "J. C. Hart, Sphere Tracing, 1996, appendix A",
                 ..PLANE
             };
@@ -223,6 +255,7 @@ macro_rules! for_each_operation {
                 language: Some(Language { name: "rect", arguments: &[required("size", A::Size2)] }),
                 bounds: BoundsRule::Shape(volumes::rect),
                 flats: &[flat(0, 0), flat(1, 1)],
+                is_convex: true,
                 source: "I. Quilez, 2D Distance Functions: box",
                 ..PLANE
             };
@@ -230,6 +263,7 @@ macro_rules! for_each_operation {
             RoundedRect "rounded_rect" = shapes2::rounded_rect(p: Plane; half: Vec2, round: Scalar) -> Value, prepare::rounded_size2, OpFacts {
                 language: Some(Language { name: "rect", arguments: &[required("size", A::Size2), optional("round", A::LengthOrZero, &[0.0])] }),
                 bounds: BoundsRule::Shape(volumes::rect),
+                is_convex: true,
                 source: "I. Quilez, 2D Distance Functions: rounded box",
                 ..PLANE
             };
@@ -237,6 +271,7 @@ macro_rules! for_each_operation {
             Segment "segment" = shapes2::segment(p: Plane; start: Vec2, axis: Vec2, inverse: Scalar, r: Scalar) -> Value, prepare::segment2, OpFacts {
                 language: Some(Language { name: "segment", arguments: &[required("from", A::Vec2), required("to", A::Vec2), required("r", A::Radius)] }),
                 bounds: BoundsRule::Shape(volumes::segment),
+                is_convex: true,
                 source: "I. Quilez, 2D Distance Functions: segment",
                 ..PLANE
             };
@@ -244,6 +279,7 @@ macro_rules! for_each_operation {
             Ngon "ngon" = shapes2::ngon(p: Plane; sector: Scalar, inverse: Scalar, apothem: Scalar, side: Scalar) -> Value, prepare::polygon, OpFacts {
                 language: Some(Language { name: "ngon", arguments: &[required("n", A::Count), required("r", A::Radius)] }),
                 bounds: BoundsRule::Shape(volumes::ngon),
+                is_convex: true,
                 source: "the sector of a side, by symmetry",
                 ..PLANE
             };
@@ -284,6 +320,7 @@ macro_rules! for_each_operation {
                 language: Some(Language { name: "revolve", arguments: &[optional("offset", A::Offset, &[0.0])] }),
                 slope: Slope::Fold,
                 bounds: BoundsRule::Map(volumes::revolve),
+                axis_of_revolution: Some(Y_AXIS),
                 source: "I. Quilez, Distance Functions: revolution",
                 ..DIMENSION
             };
@@ -881,8 +918,15 @@ const SOLID: OpFacts = OpFacts {
     only_signs: false,
     reads_lattice: false,
     flats: &[],
+    is_convex: false,
+    axis_of_revolution: None,
+    has_equal_axes: false,
     source: "",
 };
+/// Index of the axis about which solids are built.
+const Y_AXIS: usize = 1;
+/// Index of the axis across the plane of 2-D shapes.
+const Z_AXIS: usize = 2;
 /// Returns a pair of flat faces across an axis, given the index of the parameter that is its half distance.
 const fn flat(axis: usize, half: usize) -> Flat {
     Flat { axis, half }

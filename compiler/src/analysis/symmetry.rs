@@ -106,7 +106,10 @@ impl Symmetries<'_> {
         let shape = &self.shapes[id.0 as usize];
         match &shape.kind {
             ShapeKind::Nothing => true,
-            ShapeKind::Primitive { op, .. } => is_solid_of_revolution(*op) || *op == Op::Circle,
+            ShapeKind::Primitive { op, .. } => {
+                let axis = if shape.plane { 2 } else { 1 };
+                op.row().meta.axis_of_revolution == Some(axis)
+            }
             ShapeKind::Combine { children, .. } => children.iter().all(|&id| self.is_round(id)),
             ShapeKind::Painted { child, .. } => self.is_round(*child),
             ShapeKind::Frame { child, matrix, .. } => {
@@ -219,21 +222,4 @@ fn point(number: u32) -> [f64; 3] {
         0.549_700_477_901_97,
     ]
     .map(|step| ((n * step).fract() - 0.5) * 2.0 * scale)
-}
-
-/// Reports whether the shapes of an operation are solids of revolution about the y axis.
-pub(crate) fn is_solid_of_revolution(op: Op) -> bool {
-    matches!(
-        op,
-        Op::Sphere
-            | Op::Capsule
-            | Op::Torus
-            | Op::Cylinder
-            | Op::RoundedCylinder
-            | Op::InfiniteCone
-            | Op::Cone
-            | Op::RoundedCone
-            | Op::RoundCone
-            | Op::Revolve
-    )
 }

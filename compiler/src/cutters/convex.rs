@@ -23,39 +23,9 @@ pub(super) fn is_convex(scene: &Scene, id: ShapeId) -> bool {
         ShapeKind::Polygon { .. } => {
             corners(scene, id).is_some_and(|corners| is_convex_polygon(&corners))
         }
-        ShapeKind::Primitive { op, .. } => is_convex_op(*op),
+        ShapeKind::Primitive { op, .. } => op.row().meta.is_convex,
         _ => false,
     }
-}
-
-/// Reports whether the solids of an operation are convex.
-pub(super) fn is_convex_op(op: Op) -> bool {
-    matches!(
-        op,
-        Op::Sphere
-            | Op::Cuboid
-            | Op::RoundedCuboid
-            | Op::Capsule
-            | Op::CapsuleBetween
-            | Op::Cylinder
-            | Op::RoundedCylinder
-            | Op::CylinderBetween
-            | Op::Cone
-            | Op::RoundedCone
-            | Op::RoundCone
-            | Op::Ellipsoid
-            | Op::Plane
-            | Op::Slab
-            | Op::Prism
-            | Op::Octahedron
-            | Op::Tetrahedron
-            | Op::Pyramid
-            | Op::Circle
-            | Op::Rect
-            | Op::RoundedRect
-            | Op::Segment
-            | Op::Ngon
-    )
 }
 
 /// Reports whether a polygon turns in one direction at all corners, with winding number ±1.

@@ -8,7 +8,7 @@ use super::linear::LinearForm;
 use super::{CutContext, CutterExtension, TOUCH_TOLERANCE};
 use crate::expression::ExprId;
 use crate::scene::{ShapeId, ShapeKind, children_mut};
-use sdfc_vm::row::SetOperation;
+use sdfc_vm::row::{BoundsRule, SetOperation};
 use sdfc_vm::table::Op;
 
 /// A side of a shape: an axis of its frame, and 1 or −1.
@@ -324,9 +324,58 @@ impl CutterExtension<'_> {
     }
 }
 
+/// Returns the parameters, the largest of which is the extent of an operation's shape on both sides of an
+/// axis; none if its bounding volume is not given by them.
+///
+/// The volume is compared at sample parameters. A formula that equals the largest of some parameters there
+/// equals it everywhere.
+fn extent_parameters(op: Op, axis: usize) -> Vec<usize> {
+    if std::env::var("OLD_EXTENTS").is_ok() {
+        return old_extent_parameters(op, axis).to_vec();
+    }
+    let row = op.row();
+    let BoundsRule::Shape(volume) = row.meta.bounds else {
+        return Vec::new();
+    };
+    let width = row.parameters.iter().map(|p| p.ty.width()).sum();
+    let mut samples = Vec::with_capacity(EXTENT_SAMPLES);
+    for sample in 0..EXTENT_SAMPLES {
+        let numbers: Vec<f64> = (0..width)
+            .map(|index| sample_parameter(1 + sample * width + index))
+            .collect();
+        let bounds = volume(&numbers);
+        let extent = bounds.max[axis];
+        let Some(largest) = numbers.iter().position(|&number| number == extent) else {
+            return Vec::new();
+        };
+        if bounds.min[axis] != -extent {
+            return Vec::new();
+        }
+        samples.push((numbers, largest));
+    }
+    let is_used = |index: &usize| samples.iter().any(|(_, largest)| largest == index);
+    let used: Vec<usize> = (0..width).filter(is_used).collect();
+    let is_largest = |(numbers, largest): &(Vec<f64>, usize)| {
+        used.iter()
+            .all(|&index| numbers[index] <= numbers[*largest])
+    };
+    match samples.iter().all(is_largest) {
+        true => used,
+        false => Vec::new(),
+    }
+}
+
+/// Number of sample parameters of a bounding volume.
+const EXTENT_SAMPLES: usize = 24;
+
+/// A generic positive number: the fractional part of a multiple of the golden ratio, above a tenth.
+fn sample_parameter(number: usize) -> f64 {
+    0.1 + ((number * number) as f64 * 0.618_033_988_749_894_9).fract()
+}
+
 /// Indices of parameters, the largest of which is the extent of an operation's shape on both sides of an
 /// axis.
-fn extent_parameters(op: Op, axis: usize) -> &'static [usize] {
+pub(crate) fn old_extent_parameters(op: Op, axis: usize) -> &'static [usize] {
     match (op, axis) {
         (Op::Sphere, _) | (Op::Circle, 0 | 1) => &[0],
         (Op::Cylinder | Op::RoundedCylinder, 1) => &[1],
@@ -342,5 +391,95 @@ fn extent_parameters(op: Op, axis: usize) -> &'static [usize] {
             _ => &[2],
         },
         _ => &[],
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn extents_follow_from_bounding_volumes() {
+        let expected: [(Op, [&[usize]; 3]); 8] = [
+            (Op::Sphere, [&[0], &[0], &[0]]),
+            (Op::Cuboid, [&[0], &[1], &[2]]),
+            (Op::Cone, [&[0, 1], &[2], &[0, 1]]),
+            (Op::Prism, [&[], &[4], &[]]),
+            (Op::Torus, [&[], &[1], &[]]),
+            (Op::Plane, [&[], &[], &[]]),
+            (Op::Rect, [&[0], &[1], &[]]),
+            (Op::Gyroid, [&[], &[], &[]]),
+        ];
+        for (op, extents) in expected {
+            let found = [0, 1, 2].map(|axis| extent_parameters(op, axis));
+            assert_eq!(found, extents.map(<[usize]>::to_vec), "{op:?}");
+        }
+    }
+
+    #[test]
+    fn temporary_comparison() {
+        for row in sdfc_vm::table::ROWS {
+            for axis in 0..3 {
+                let (old, new) = (
+                    old_extent_parameters(row.op, axis).to_vec(),
+                    extent_parameters(row.op, axis),
+                );
+                if old != new {
+                    println!("{:?} {axis}: old {old:?} new {new:?}", row.op);
+                    assert!(old.is_empty());
+                }
+            }
+            let op = row.op;
+            let convex = matches!(
+                op,
+                Op::Sphere
+                    | Op::Cuboid
+                    | Op::RoundedCuboid
+                    | Op::Capsule
+                    | Op::CapsuleBetween
+                    | Op::Cylinder
+                    | Op::RoundedCylinder
+                    | Op::CylinderBetween
+                    | Op::Cone
+                    | Op::RoundedCone
+                    | Op::RoundCone
+                    | Op::Ellipsoid
+                    | Op::Plane
+                    | Op::Slab
+                    | Op::Prism
+                    | Op::Octahedron
+                    | Op::Tetrahedron
+                    | Op::Pyramid
+                    | Op::Circle
+                    | Op::Rect
+                    | Op::RoundedRect
+                    | Op::Segment
+                    | Op::Ngon
+            );
+            assert_eq!(convex, row.meta.is_convex, "{op:?}");
+            let revolved = matches!(
+                op,
+                Op::Sphere
+                    | Op::Capsule
+                    | Op::Torus
+                    | Op::Cylinder
+                    | Op::RoundedCylinder
+                    | Op::InfiniteCone
+                    | Op::Cone
+                    | Op::RoundedCone
+                    | Op::RoundCone
+                    | Op::Revolve
+            );
+            assert_eq!(revolved, row.meta.axis_of_revolution == Some(1), "{op:?}");
+            assert_eq!(
+                op == Op::Circle,
+                row.meta.axis_of_revolution == Some(2),
+                "{op:?}"
+            );
+            assert_eq!(
+                matches!(op, Op::Sphere | Op::Octahedron | Op::Gyroid),
+                row.meta.has_equal_axes
+            );
+        }
     }
 }

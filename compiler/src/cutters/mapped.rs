@@ -4,12 +4,10 @@
 //! two rotations cancel. Solids of revolution about the axis of a ring are evaluated in its half plane, where
 //! their walls are straight.
 
-use super::convex::is_convex_op;
 use super::section::{corners, transform_point};
 use super::{AffineRows, IDENTITY, TOUCH_TOLERANCE, compose};
 use crate::analysis::bounds::inverse;
 use crate::analysis::shape_range::ShapeRange;
-use crate::analysis::symmetry::is_solid_of_revolution;
 use crate::expression::ExprId;
 use crate::scene::{NO_EDGE, Scene, SceneRef, ShapeId, ShapeKind};
 use sdfc_vm::apply::{OpResult, apply, pack_parameters};
@@ -198,7 +196,7 @@ impl<'s, 'u> MappedRange<'s, 'u> {
         let ShapeKind::Primitive { op, parameters } = &self.scene.shapes[id.0 as usize].kind else {
             return None;
         };
-        if op.row().meta.exactness != Exactness::Exact || !is_convex_op(*op) {
+        if op.row().meta.exactness != Exactness::Exact || !op.row().meta.is_convex {
             return None;
         }
         let constant = |&id| self.scene.expressions.as_constant(id);
@@ -333,7 +331,7 @@ pub(super) fn is_round(scene: &Scene, id: ShapeId) -> bool {
     else {
         return false;
     };
-    is_solid_of_revolution(*op)
+    op.row().meta.axis_of_revolution == Some(1)
 }
 
 /// The map of a ring's half plane that a map of space induces. It exists if the map of space maps

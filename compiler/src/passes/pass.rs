@@ -10,9 +10,24 @@ pub struct Pass {
     pub name: &'static str,
     /// Summary in one line.
     pub summary: &'static str,
+    /// Largest change of the values.
+    pub effect: PassEffect,
     /// Set if it runs only with an [`LodTarget`].
     pub needs_lod_target: bool,
     pub(super) run: fn(&Graph, &Context) -> PassOutput,
+}
+
+/// Largest change that a pass makes to the values of a graph.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PassEffect {
+    /// Every bit stays, except signs of zeros.
+    None,
+    /// Composed maps of points round once instead of twice.
+    Rounding,
+    /// Values grow, but stay safe steps to the same surface.
+    LargerSteps,
+    /// Values change within the tolerance for level of detail.
+    Simplification,
 }
 
 /// Inputs of a pass besides the graph.

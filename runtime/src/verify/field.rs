@@ -5,7 +5,7 @@ use crate::engine::FieldSample;
 use sdfc_vm::bounds::Bounds;
 use sdfc_vm::evaluate::{evaluate_f64, gradient};
 use sdfc_vm::program::{Code, Module};
-use sdfc_vm::row::Category;
+use sdfc_vm::row::{Category, Exactness};
 use sdfc_vm::table::Op;
 use sdfc_vm::vector::V3;
 use serde::Serialize;
@@ -123,7 +123,8 @@ pub(super) fn compare(
     }
 }
 
-/// Reports whether an instruction sums many terms: sines, powers, noise.
+/// Reports whether an instruction sums many terms: sines, powers, noise. A solid that only bounds its
+/// distance is a scaled level function, which is such a sum.
 fn is_function(code: Code) -> bool {
     let Code::Op(op) = code else { return false };
     match op.row().meta.category {
@@ -137,7 +138,7 @@ fn is_function(code: Code) -> bool {
                 | Op::Twist
                 | Op::Bend
         ),
-        Category::Shape3 => matches!(op, Op::Gyroid | Op::SchwarzP | Op::Diamond),
+        Category::Shape3 => op.row().meta.exactness == Exactness::Bound,
         _ => false,
     }
 }

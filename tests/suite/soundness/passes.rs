@@ -8,7 +8,7 @@ use super::samples::{Field, point_at, points_of, zeros};
 use crate::corpus::{name, on_large_stack, scene, scenes};
 use sdfc_compiler::compile::{self, Compiled, compile};
 use sdfc_compiler::passes::lod::{LodTarget, PixelFootprint};
-use sdfc_compiler::passes::{PASSES, Pass, PassOptions};
+use sdfc_compiler::passes::{PASSES, Pass, PassEffect, PassOptions};
 use sdfc_runtime::engine::{EngineKind, SceneInput, open};
 use sdfc_runtime::render::{CellMode, Image, RenderSettings, ResolvedLens};
 use sdfc_runtime::settings::{Overrides, resolve};
@@ -112,7 +112,11 @@ fn compare_fields(none: &Compiled, some: &Compiled, kept: &dyn Fn(&str) -> bool)
     let mut random = Random::new(5);
     let size = none.region.low.iter().chain(&none.region.high);
     let size = size.fold(0.0, |most: f32, v| most.max(v.abs()));
-    let rounding = if kept("fold") {
+    let keeps = |effect: PassEffect| {
+        let mut passes = PASSES.iter();
+        passes.any(|pass| pass.effect == effect && kept(pass.name))
+    };
+    let rounding = if keeps(PassEffect::Rounding) {
         MAX_ROUNDING * size
     } else {
         0.0
@@ -128,7 +132,7 @@ fn compare_fields(none: &Compiled, some: &Compiled, kept: &dyn Fn(&str) -> bool)
                 let (a, b, p) = (a.0[lane], b.0[lane], point_at(&points, lane));
                 let is_same = (a - b).abs() <= rounding;
                 // A smaller divisor gives a larger value of the same sign.
-                let is_grown = kept("lipschitz")
+                let is_grown = keeps(PassEffect::LargerSteps)
                     && b.abs() >= a.abs() * (1.0 - 1e-5) - rounding
                     && (a * b > 0.0 || a.abs().max(b.abs()) <= rounding);
                 if !(is_same || is_grown) {

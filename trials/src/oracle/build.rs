@@ -7,7 +7,7 @@ use super::combine::{EdgeProfile, SetOp, set_op};
 use super::facts;
 use super::formula::{PointFormula, SceneNumbers};
 use super::influence_box::{InfluenceBox, stretch_range};
-use super::leaf_shape::LeafShape;
+use super::leaf_shape::{LeafShape, shape_by_body};
 use super::shapes_2d::{polygon, shape_2d};
 use super::solids::solid;
 use super::space::{CopyGrid, CopyRing, Wedge};
@@ -17,7 +17,9 @@ use sdfc_vm::table::Op;
 
 /// Returns the solid or 2-D shape of a row, or `None` for other rows.
 pub(super) fn leaf_shape(op: Op, numbers: &[f64]) -> Option<LeafShape> {
-    solid(op, numbers).or_else(|| shape_2d(op, numbers))
+    solid(op, numbers)
+        .or_else(|| shape_2d(op, numbers))
+        .or_else(|| shape_by_body(op, numbers))
 }
 
 /// Returns the node for a row that transforms the point or the value, or `None` for other rows.

@@ -1,7 +1,7 @@
 //! 2-D shapes: signed distances by the nearest point of the outline.
 
 use super::influence_box::InfluenceBox;
-use super::leaf_shape::{DistanceFn, LeafShape};
+use super::leaf_shape::{DistanceFn, LeafDistance, LeafShape};
 use super::point::{Point, Point2, norm2, segment_distance_2d};
 use sdfc_vm::table::Op;
 
@@ -43,7 +43,7 @@ pub(super) fn shape_2d(op: Op, k: &[f64]) -> Option<LeafShape> {
         _ => return None,
     };
     Some(LeafShape {
-        distance,
+        distance: LeafDistance::Own(distance),
         parameters,
         bounds,
         slope_bound: 1.0,
@@ -66,7 +66,7 @@ pub(super) fn polygon(points: &[Point2]) -> LeafShape {
         }
     }
     LeafShape {
-        distance: polygon_distance,
+        distance: LeafDistance::Own(polygon_distance),
         parameters: points.as_flattened().to_vec(),
         bounds,
         slope_bound: 1.0,

@@ -1,7 +1,7 @@
 //! Solids: signed distances by the nearest point of the surface that each row describes.
 
 use super::influence_box::InfluenceBox;
-use super::leaf_shape::{DistanceFn, LeafShape};
+use super::leaf_shape::{DistanceFn, LeafDistance, LeafShape};
 use super::point::{
     Point, Point2, dot, norm, norm2, point_along, segment_distance, segment_distance_2d, subtract,
     triangle_distance,
@@ -97,7 +97,7 @@ pub(super) fn solid(op: Op, k: &[f64]) -> Option<LeafShape> {
         _ => return None,
     };
     Some(LeafShape {
-        distance,
+        distance: LeafDistance::Own(distance),
         parameters: k.to_vec(),
         bounds,
         slope_bound,

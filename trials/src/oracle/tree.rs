@@ -157,10 +157,7 @@ impl ShapeTree {
     pub(super) fn sample(&self, id: TreeNodeId, p: Point, difference_step: f64) -> OracleSample {
         let node = self.node(id);
         match &node.kind {
-            NodeKind::Leaf(leaf) => OracleSample::from_slope_bound(
-                (leaf.distance)(&leaf.parameters, p),
-                leaf.slope_bound,
-            ),
+            NodeKind::Leaf(leaf) => OracleSample::from_slope_bound(leaf.value(p), leaf.slope_bound),
             NodeKind::Union { bvh, .. } => {
                 bvh.union(p, |child| self.sample(child, p, difference_step))
             }

@@ -3,7 +3,7 @@
 use sdfc_compiler::compile::{Compiled, Options, compile};
 use sdfc_compiler::elaborate::{self, elaborate};
 use sdfc_compiler::graph::Purpose;
-use sdfc_compiler::passes::{Context, PASSES, PassOptions, optimize};
+use sdfc_compiler::passes::{Context, PASSES, PassEffect, PassOptions, optimize};
 use sdfc_compiler::schedule::schedule;
 use sdfc_lang::Sources;
 use sdfc_trials::campaign::{CheckOutcome, input_count, run};
@@ -78,26 +78,32 @@ fn is_safe_step(program: &Program) -> bool {
     program.code.iter().any(|i| steps.contains(&i.code))
 }
 
-/// Checks all variants of one scene. The pass `lipschitz` is not exact, so all are compiled without it.
+/// Returns the names of the passes with an effect, in order.
+fn passes_with(effect: PassEffect) -> Vec<&'static str> {
+    let passes = PASSES.iter().filter(|pass| pass.effect == effect);
+    passes.map(|pass| pass.name).collect()
+}
+
+/// Checks all variants of one scene. All are compiled without the passes that change values.
 fn check_variants(scene: &RandomScene) -> CheckOutcome {
     let text = scene.text(SceneStyle::default());
-    let full = compile_without(&text, &["lipschitz"]);
+    let inexact = passes_with(PassEffect::LargerSteps);
+    let full = compile_without(&text, &inexact);
     let expected = values(&full.module.distance);
     for pass in PASSES {
-        let other = compile_without(&text, &["lipschitz", pass.name]);
-        // Without `fold`, a point passes two maps instead of one composed map.
-        let rounding = if pass.name == "fold" {
-            MAX_ROUNDING
-        } else {
-            0.0
+        let other = compile_without(&text, &[&inexact[..], &[pass.name]].concat());
+        // Without the pass, a point passes two maps instead of one composed map.
+        let rounding = match pass.effect {
+            PassEffect::Rounding => MAX_ROUNDING,
+            _ => 0.0,
         };
         let other_values = values(&other.module.distance);
         assert_equal_values(pass.name, &text, [&expected, &other_values], rounding);
     }
 
-    // The passes after `fold`, in another order: their input is the same graph.
+    // The passes that keep every bit, in another order: their input is the same graph.
     let mut r = Random::new(expected.len() as u64 ^ text.len() as u64);
-    let mut order = ["cse", "bounding", "dead"];
+    let mut order = passes_with(PassEffect::None);
     for index in (1..order.len()).rev() {
         order.swap(index, r.below(index + 1));
     }
@@ -106,7 +112,8 @@ fn check_variants(scene: &RandomScene) -> CheckOutcome {
         lod_target: None,
     };
     let mut graph = full.graph.clone();
-    for enabled in ["fold"].into_iter().chain(order) {
+    let rounding_passes = passes_with(PassEffect::Rounding);
+    for &enabled in rounding_passes.iter().chain(&order) {
         let excluded = PASSES.iter().filter(|pass| pass.name != enabled);
         let options = PassOptions {
             disable_all: false,
@@ -132,7 +139,7 @@ fn check_variants(scene: &RandomScene) -> CheckOutcome {
     ];
     for (label, shuffled, padded, rounding) in styles {
         let text = scene.text(SceneStyle { shuffled, padded });
-        let other = compile_without(&text, &["lipschitz"]).module.distance;
+        let other = compile_without(&text, &inexact).module.distance;
         let mut pair = [expected.clone(), values(&other)];
         // Another text may have tighter boxes and bounds, which change steps. Only the sign is equal.
         if is_safe_step(&full.module.distance) || is_safe_step(&other) {

@@ -133,7 +133,10 @@ pub(crate) fn contains(op: Op, a: &[f64], p: Point) -> bool {
         }
         Op::Ngon => in_ngon(a[0], a[1], y, x),
         Op::Star => winds(&star(a), [x, y]),
-        _ => panic!("{} has no definition here", op.row().name),
+        _ => panic!(
+            "`{}` has no definition: add its inside to `contains` in vm/tests/operations/definitions.rs",
+            op.row().name
+        ),
     }
 }
 

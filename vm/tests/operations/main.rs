@@ -10,6 +10,7 @@ mod definitions;
 mod distances;
 mod elementary;
 mod extremes;
+mod facts;
 mod fixture;
 mod in_lanes;
 mod moving;

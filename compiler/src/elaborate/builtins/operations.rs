@@ -92,12 +92,10 @@ impl<'a> Elaborator<'a> {
 /// Reports whether a solid of the table has an axis of its own, which is aligned with the up axis.
 /// Solids with vector arguments take their directions from these.
 fn has_axis(op: Op) -> bool {
-    let is_round = matches!(op, Op::Sphere | Op::Octahedron | Op::Gyroid);
+    let meta = &op.row().meta;
     let is_vector = |kind: ArgumentKind| kind.width() == 3;
-    let has_direction_arguments = op
-        .row()
-        .meta
+    let has_direction_arguments = meta
         .language
         .is_some_and(|language| language.arguments.iter().any(|a| is_vector(a.kind)));
-    !is_round && !has_direction_arguments
+    !meta.has_equal_axes && !has_direction_arguments
 }

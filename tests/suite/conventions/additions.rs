@@ -1,0 +1,123 @@
+//! Places that an addition to the project needs, each demanded by name.
+
+use super::sources;
+use crate::corpus::{name, on_large_stack, scene, scenes};
+use sdfc_compiler::passes::PASSES;
+use sdfc_compiler::scene::ShapeKind;
+use sdfc_vm::row::Category;
+use sdfc_vm::table::{Op, ROWS, Row};
+use std::collections::BTreeSet;
+use std::fs;
+use std::path::Path;
+
+/// File with the independent definitions of shapes.
+const DEFINITIONS: &str = "vm/tests/operations/definitions.rs";
+/// Heading of the chapter with the table of passes.
+const PASSES_HEADING: &str = "## Passes";
+
+/// Returns the operations of shapes that the scenes of the suites use.
+fn shapes_of_scenes() -> BTreeSet<Op> {
+    let shapes = scenes("tests/scenes")
+        .into_iter()
+        .flat_map(|path| on_large_stack(|| scene(&path)).shapes);
+    let ops = shapes.filter_map(|shape| match shape.kind {
+        ShapeKind::Primitive { op, .. } => Some(op),
+        _ => None,
+    });
+    ops.collect()
+}
+
+/// Reports whether a text names an operation.
+fn names_op(text: &str, op: Op) -> bool {
+    let path = format!("Op::{op:?}");
+    text.match_indices(&path).any(|(start, _)| {
+        let next = text[start + path.len()..].chars().next();
+        next.is_none_or(|c| !c.is_alphanumeric() && c != '_')
+    })
+}
+
+/// Returns the places that a shape lacks.
+fn missing_places(row: &Row, in_scenes: &BTreeSet<Op>, definitions: &str) -> Vec<String> {
+    let place = |is_there: bool, place: &str| {
+        let missing = format!("`{}` has no {place}", row.name);
+        (!is_there).then_some(missing)
+    };
+    let facts = "in its row of vm/src/table.rs";
+    [
+        place(
+            row.doc.trim().ends_with('.'),
+            &format!("sentence of documentation {facts}"),
+        ),
+        place(row.meta.language.is_some(), &format!("`language` {facts}")),
+        place(!row.meta.source.is_empty(), &format!("`source` {facts}")),
+        place(
+            in_scenes.contains(&row.op),
+            "scene in tests/scenes that creates it",
+        ),
+        place(
+            names_op(definitions, row.op),
+            &format!("inside in `contains` of {DEFINITIONS}"),
+        ),
+    ]
+    .into_iter()
+    .flatten()
+    .collect()
+}
+
+#[test]
+fn every_shape_has_all_its_places() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(DEFINITIONS);
+    let definitions = fs::read_to_string(path).expect("the definitions can be read");
+    let in_scenes = shapes_of_scenes();
+    let shapes = ROWS
+        .iter()
+        .filter(|row| matches!(row.meta.category, Category::Shape3 | Category::Shape2));
+    let missing: Vec<String> = shapes
+        .flat_map(|row| missing_places(row, &in_scenes, &definitions))
+        .collect();
+    assert!(missing.is_empty(), "{}", missing.join("\n"));
+}
+
+#[test]
+fn a_shape_without_places_is_reported_with_each_of_them() {
+    let row = Row {
+        doc: "\n",
+        meta: sdfc_vm::row::OpFacts {
+            language: None,
+            source: "",
+            ..Op::Sphere.row().meta
+        },
+        ..*Op::Sphere.row()
+    };
+    let missing = missing_places(&row, &BTreeSet::new(), "Op::SphereOfAnotherName");
+    let all = ["documentation", "language", "source", "scene", "inside"];
+    assert_eq!(missing.len(), all.len(), "{missing:?}");
+    for (message, place) in missing.iter().zip(all) {
+        assert!(message.contains(place), "{message}");
+    }
+}
+
+/// The table of ARCHITECTURE.md shows the passes in their order. The module of a pass is called after it.
+#[test]
+fn every_pass_has_a_module_and_a_line_of_the_architecture() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let text = fs::read_to_string(root.join("ARCHITECTURE.md")).expect("ARCHITECTURE.md");
+    let (_, chapter) = text
+        .split_once(PASSES_HEADING)
+        .expect("a chapter on passes");
+    let chapter = chapter.split("\n## ").next().unwrap_or_default();
+    let lines = chapter.lines().filter_map(|line| line.strip_prefix("| `"));
+    let shown: Vec<&str> = lines.filter_map(|line| line.split('`').next()).collect();
+    let names = PASSES.map(|pass| pass.name);
+    assert_eq!(shown, names, "passes in ARCHITECTURE.md, and in `PASSES`");
+    let modules: Vec<String> = sources("compiler/src/passes")
+        .iter()
+        .map(|source| name(&source.path))
+        .collect();
+    for pass in names {
+        assert!(
+            modules.iter().any(|module| module == pass),
+            "compiler/src/passes/{pass}.rs is missing"
+        );
+    }
+}
