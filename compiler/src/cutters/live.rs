@@ -330,9 +330,6 @@ impl CutterExtension<'_> {
 /// The volume is compared at sample parameters. A formula that equals the largest of some parameters there
 /// equals it everywhere.
 fn extent_parameters(op: Op, axis: usize) -> Vec<usize> {
-    if std::env::var("OLD_EXTENTS").is_ok() {
-        return old_extent_parameters(op, axis).to_vec();
-    }
     let row = op.row();
     let BoundsRule::Shape(volume) = row.meta.bounds else {
         return Vec::new();
@@ -373,27 +370,6 @@ fn sample_parameter(number: usize) -> f64 {
     0.1 + ((number * number) as f64 * 0.618_033_988_749_894_9).fract()
 }
 
-/// Indices of parameters, the largest of which is the extent of an operation's shape on both sides of an
-/// axis.
-pub(crate) fn old_extent_parameters(op: Op, axis: usize) -> &'static [usize] {
-    match (op, axis) {
-        (Op::Sphere, _) | (Op::Circle, 0 | 1) => &[0],
-        (Op::Cylinder | Op::RoundedCylinder, 1) => &[1],
-        (Op::Cylinder | Op::RoundedCylinder, _) => &[0],
-        (Op::Cone, 1) => &[2],
-        (Op::Cone, _) => &[0, 1],
-        (Op::Pyramid, 1) => &[1],
-        (Op::Pyramid, _) => &[0],
-        (Op::Prism, 1) => &[4],
-        (Op::Cuboid | Op::RoundedCuboid, _) | (Op::Rect | Op::RoundedRect, 0 | 1) => match axis {
-            0 => &[0],
-            1 => &[1],
-            _ => &[2],
-        },
-        _ => &[],
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -413,73 +389,6 @@ mod tests {
         for (op, extents) in expected {
             let found = [0, 1, 2].map(|axis| extent_parameters(op, axis));
             assert_eq!(found, extents.map(<[usize]>::to_vec), "{op:?}");
-        }
-    }
-
-    #[test]
-    fn temporary_comparison() {
-        for row in sdfc_vm::table::ROWS {
-            for axis in 0..3 {
-                let (old, new) = (
-                    old_extent_parameters(row.op, axis).to_vec(),
-                    extent_parameters(row.op, axis),
-                );
-                if old != new {
-                    println!("{:?} {axis}: old {old:?} new {new:?}", row.op);
-                    assert!(old.is_empty());
-                }
-            }
-            let op = row.op;
-            let convex = matches!(
-                op,
-                Op::Sphere
-                    | Op::Cuboid
-                    | Op::RoundedCuboid
-                    | Op::Capsule
-                    | Op::CapsuleBetween
-                    | Op::Cylinder
-                    | Op::RoundedCylinder
-                    | Op::CylinderBetween
-                    | Op::Cone
-                    | Op::RoundedCone
-                    | Op::RoundCone
-                    | Op::Ellipsoid
-                    | Op::Plane
-                    | Op::Slab
-                    | Op::Prism
-                    | Op::Octahedron
-                    | Op::Tetrahedron
-                    | Op::Pyramid
-                    | Op::Circle
-                    | Op::Rect
-                    | Op::RoundedRect
-                    | Op::Segment
-                    | Op::Ngon
-            );
-            assert_eq!(convex, row.meta.is_convex, "{op:?}");
-            let revolved = matches!(
-                op,
-                Op::Sphere
-                    | Op::Capsule
-                    | Op::Torus
-                    | Op::Cylinder
-                    | Op::RoundedCylinder
-                    | Op::InfiniteCone
-                    | Op::Cone
-                    | Op::RoundedCone
-                    | Op::RoundCone
-                    | Op::Revolve
-            );
-            assert_eq!(revolved, row.meta.axis_of_revolution == Some(1), "{op:?}");
-            assert_eq!(
-                op == Op::Circle,
-                row.meta.axis_of_revolution == Some(2),
-                "{op:?}"
-            );
-            assert_eq!(
-                matches!(op, Op::Sphere | Op::Octahedron | Op::Gyroid),
-                row.meta.has_equal_axes
-            );
         }
     }
 }

@@ -243,7 +243,7 @@ fn limits_are_messages() {
         (many, "more than 400000 shapes"),
         (
             "fn f(n) = f(n + 1) + 1;\nsphere(f(0))",
-            "more than 256 deep",
+            "more than 256 levels deep",
         ),
         (
             "fn f(n) = if n > 0 { f(n - 1) + f(n - 1) } else { 1 };\nsphere(f(60))",

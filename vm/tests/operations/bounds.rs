@@ -20,8 +20,11 @@ fn shapes_lie_within_their_bounds() {
             _ => panic!("{} has no bounds of its own", case.name()),
         };
         let mut reached = Bounds::EMPTY;
-        for _ in 0..tries(20_000, 12) {
-            let p = random.point(2.5);
+        for i in 0..tries(20_000, 12) {
+            let p = match i % 4 {
+                0 => random.point_in(&bounds),
+                _ => random.point(2.5),
+            };
             if case.at(p) < 0.0 {
                 assert!(
                     holds(&bounds, p),

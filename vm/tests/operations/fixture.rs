@@ -1,6 +1,7 @@
 //! Shared helpers of the tests: random numbers, arguments for every row, and evaluation.
 
 use sdfc_vm::apply::{Apply, OpResult, apply, pack_parameters};
+use sdfc_vm::bounds::Bounds;
 use sdfc_vm::dual::{Dual, DualVec3};
 use sdfc_vm::real::{Real, Vector3};
 use sdfc_vm::row::{Argument, ArgumentKind, Output};
@@ -39,6 +40,13 @@ impl Random {
     }
     pub(crate) fn point(&mut self, reach: f64) -> Point {
         std::array::from_fn(|_| self.range(-reach, reach))
+    }
+    /// Returns a point in a box, which may be infinite, and at most 2.5 from each coordinate plane.
+    pub(crate) fn point_in(&mut self, bounds: &Bounds) -> Point {
+        std::array::from_fn(|axis| {
+            let (low, high) = (bounds.min[axis].max(-2.5), bounds.max[axis].min(2.5));
+            self.range(low, high)
+        })
     }
     pub(crate) fn direction(&mut self) -> Point {
         loop {

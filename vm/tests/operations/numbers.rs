@@ -215,6 +215,10 @@ fn single_precision_arithmetic_is_close_to_double() {
             let p = random.point(2.0);
             let q = V3::new(p[0], p[1], p[2]);
             let values = operands::<f64>(case.op, q).map(|v| f64::from(v as f32));
+            // Logarithms of other numbers are those of the smallest normal number of the type.
+            if matches!(case.op, Op::Ln | Op::Log2) && values[0] <= 0.0 {
+                continue;
+            }
             let narrow = values.map(|v| v as f32);
             let constants = constants(case.op, &case.arguments);
             let single = V3::new(p[0] as f32, p[1] as f32, p[2] as f32);
