@@ -11,7 +11,7 @@ use crate::analysis::param_ranges::ParamRanges;
 use crate::analysis::range::range;
 use crate::analysis::shape_range::ShapeRange;
 use crate::expression::{ExprId, Expression, Expressions, ParamId};
-use crate::scene::{Scene, SceneParam, SceneRef, ShapeId, ShapeKind, children};
+use crate::scene::{ExprTriple, Scene, SceneParam, SceneRef, ShapeId, ShapeKind, children};
 use sdfc_vm::apply::{OpResult, apply, pack_parameters};
 use sdfc_vm::bounds::Bounds;
 use sdfc_vm::interval::Interval;
@@ -270,28 +270,15 @@ impl ShapeBounds {
                 self.bounds_by_rule(scene, *op, &numbers, &[*child])
             }
             ShapeKind::Warp { child, point } => {
-                let mut result = self.get(scene, *child);
-                // For a point that is only shifted, the box moves by the range of the shift.
-                let mut is_shift = true;
-                for (axis, &coordinate) in point.iter().enumerate() {
-                    let graph = scene.expressions;
-                    if *graph.get(coordinate) == Expression::Coordinate(axis as u8) {
-                        continue;
+                let image = self.get(scene, *child);
+                if let Some(shifts) = self.shift_ranges(scene, point) {
+                    let mut result = image;
+                    for (axis, by) in shifts.into_iter().enumerate() {
+                        result.min[axis] -= by.hi;
+                        result.max[axis] -= by.lo;
                     }
-                    let added = shift(graph, coordinate, axis as u8);
-                    let shift_range = added.map(|by| self.range(scene, by));
-                    match shift_range {
-                        Some(by) if by.lo.is_finite() && by.hi.is_finite() => {
-                            result.min[axis] -= by.hi;
-                            result.max[axis] -= by.lo;
-                        }
-                        Some(_) | None => is_shift = false,
-                    }
-                }
-                if is_shift {
                     return result;
                 }
-                let image = self.get(scene, *child);
                 let (graph, params, time) = (scene.expressions, scene.params, self.time);
                 let present = &mut self.uniform_values;
                 extent_of_preimage(graph, *point, &image, &mut |id| {
@@ -306,6 +293,23 @@ impl ShapeBounds {
             ShapeKind::Painted { child, .. } => self.get(scene, *child),
             ShapeKind::Nothing => Bounds::EMPTY,
         }
+    }
+
+    /// Returns the ranges of the numbers that a warp adds to the coordinates; `None` if it does more than
+    /// shift points, or shifts them without a limit.
+    fn shift_ranges(&mut self, scene: SceneRef<'_>, point: &ExprTriple) -> Option<[Interval; 3]> {
+        let mut shifts = [Interval::point(0.0); 3];
+        for (axis, &coordinate) in point.iter().enumerate() {
+            if *scene.expressions.get(coordinate) == Expression::Coordinate(axis as u8) {
+                continue;
+            }
+            let by = self.range(scene, shift(scene.expressions, coordinate, axis as u8)?);
+            if !(by.lo.is_finite() && by.hi.is_finite()) {
+                return None;
+            }
+            shifts[axis] = by;
+        }
+        Some(shifts)
     }
 
     /// Returns the box of a written field: its declared region, less the part where it is proved
@@ -574,8 +578,11 @@ impl ShapeBounds {
                 }
                 _ => self.slack(scene, *child),
             },
-            // Maps that only shift points shift the box with them.
-            ShapeKind::Warp { child, .. } => self.slack(scene, *child),
+            // Where a warp contracts space, small values are farther from the shape than they say.
+            ShapeKind::Warp { child, point } => match self.shift_ranges(scene, point) {
+                Some(_) => self.slack(scene, *child),
+                None => DistanceSlack::UNKNOWN,
+            },
             ShapeKind::Displace { child, .. } => self.slack(scene, *child).after_growth(),
         }
     }

@@ -23,6 +23,10 @@ const SCENES: &[&str] = &[
     "let a = sphere(0.5).displace(fn(p) => 0.05 * sin(30 * p.x));\na |[0.1] a",
     "let a = sphere(0.5).warp(fn(p) => p + [0, 0.2 * sin(9 * p.x), 0]);\na |[0.1] a",
     "let a = box(0.4, 2, 0.4).twist(90deg);\na |[0.1] a",
+    // A warp that contracts space: the values behind it are smaller than the distance.
+    "box(0.8).warp(fn(p) => [p.x * exp(0.4 * p.y), p.y, p.z]).shell(0.3)",
+    "let a = sphere(0.5).warp(fn(p) => [p.x * 0.4, p.y, p.z + 0.3 * p.x]);\na |[0.3] a",
+    "box(0.7).translate(0.5, 0, 0).warp(fn(p) => p * dot(p, p)).offset(0.1)",
     // Disjoint shapes, then intersecting ones.
     "(sphere(0.5).translate(-0.55, 0, 0) & sphere(0.5).translate(0.55, 0, 0)).offset(0.2)",
     "let a = sphere(0.5).translate(-0.6, 0, 0).mirror(X);\n(a & a).offset(0.3) |[0.1] a.offset(0.3)",

@@ -22,7 +22,7 @@ struct ChildStats {
     clauses: u32,
     out_of_memory: u32,
     // 1 where its size allows another subdivision.
-    should_cut: u32,
+    should_split: u32,
     // The job that would cut it.
     next: CellJob,
 }
@@ -269,7 +269,7 @@ fn reserve_tape(length: u32) -> u32 {
 }
 
 // Returns whether a cell is cut further, by the policy for cells in the runtime.
-fn should_cut(low: vec3f, side: vec3f, clauses: u32, surface_distance: f32) -> bool {
+fn should_split(low: vec3f, side: vec3f, clauses: u32, surface_distance: f32) -> bool {
     let longest = max(max(side.x, side.y), side.z);
     let offset = max(max(low - job_queue.params.camera, job_queue.params.camera - (low + side)), vec3f(0.0));
     let squares = offset * offset;
@@ -341,8 +341,8 @@ fn build_child(claim: ClaimedJob, lane: u32) -> ChildStats {
 
     let surface_distance = max(max(range.x, -range.y), 0.0);
     stats.next = CellJob(entry, tape, length, level, position.x, position.y, position.z, 0u, old_entry);
-    stats.should_cut = u32(
-        stats.out_of_memory == 0u && level < job_queue.params.max_levels && should_cut(low, side, length, surface_distance)
+    stats.should_split = u32(
+        stats.out_of_memory == 0u && level < job_queue.params.max_levels && should_split(low, side, length, surface_distance)
     );
     return stats;
 }
@@ -361,7 +361,7 @@ fn enqueue_child(job: CellJob, child: ChildStats, cells: u32, clauses: u32) -> u
         next.stalled_levels = job.stalled_levels + 1u;
     }
     let max_stalled = select(MAX_STALLED_FULL, MAX_STALLED_PRUNED, next.length * 2u <= job_queue.params.full_tape_length);
-    if child.should_cut == 0u || next.stalled_levels >= max_stalled { return 0u; }
+    if child.should_split == 0u || next.stalled_levels >= max_stalled { return 0u; }
     return select(1u, 0u, enqueue_job(next));
 }
 

@@ -64,7 +64,7 @@ fn each_is_hit_and_said() {
         ),
         (
             "1000",
-            "more than 1000 deep",
+            "more than 1000 levels deep",
             format!("let a = [1];\n{}sphere(1)", "let a = [a];\n".repeat(1001)),
         ),
         (
