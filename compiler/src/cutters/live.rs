@@ -1,8 +1,8 @@
 //! Cutters that depend on live parameters in the same way as the body.
 //!
 //! A face of a cutter is moved outwards if it is at or beyond the body's outermost face on that side.
-//! That must hold for all values of the parameters. Both positions are linear forms of the parameters: a
-//! plate of the height `h` and a cutter of that height end in the same plane, whatever `h` is.
+//! The condition must hold for all values of the parameters. Both positions are linear forms of the
+//! parameters: a plate of the height `h` and a cutter of that height end in the same plane, whatever `h` is.
 
 use super::linear::LinearForm;
 use super::{CutContext, CutterExtension, TOUCH_TOLERANCE};
@@ -327,8 +327,8 @@ impl CutterExtension<'_> {
 /// Returns the parameters, the largest of which is the extent of an operation's shape on both sides of an
 /// axis; none if its bounding volume is not given by them.
 ///
-/// The volume is compared at sample parameters. A formula that equals the largest of some parameters there
-/// equals it everywhere.
+/// The volume is compared at sample parameters. A formula that equals the largest of some parameters at all
+/// samples is assumed to equal it everywhere; a formula with rare cases would break this.
 fn extent_parameters(op: Op, axis: usize) -> Vec<usize> {
     let row = op.row();
     let BoundsRule::Shape(volume) = row.meta.bounds else {
