@@ -6,11 +6,11 @@
 //!
 //! An *aside* is a loop that a few tasks run for a while, such as the check of an occluder candidate. Tasks
 //! in an aside wait in blocks of their own until there are enough of them. So the others do not run its loop
-//! in vain.
+//! in vain. The last tasks of both kinds share the lanes of an evaluation.
 
 use super::{Evaluator, F32x64, LANES, Points, Query};
 use sdfc_vm::multiversion;
-use std::hint;
+use std::{hint, iter};
 
 /// A kind of ray task. Its methods that loop over lanes are `#[inline(always)]`, so that they become part of
 /// each version of [`run_streamed`].
@@ -123,7 +123,6 @@ fn run<W: RayTask>(task: &mut W, evaluator: &mut dyn Evaluator, items: &[u32]) -
     );
     let mut running = Pool::<W::Block>::default();
     let mut aside = Pool::<W::Block>::default();
-    let mut buffers = EvalBuffers::default();
     let mut unstarted = items.iter().copied();
     let mut evaluations = 0;
     loop {
@@ -131,33 +130,52 @@ fn run<W: RayTask>(task: &mut W, evaluator: &mut dyn Evaluator, items: &[u32]) -
             let Some(item) = unstarted.next() else { break };
             running.begin(task, item);
         }
-        let is_aside = aside.count() >= min_aside || running.count() == 0;
-        let (pool, other) = if is_aside {
-            (&mut aside, &mut running)
-        } else {
-            (&mut running, &mut aside)
-        };
-        if pool.count() == 0 {
+        let (running_count, aside_count) =
+            step_counts(running.count(), aside.count(), min_aside, max_lanes);
+        let count = running_count + aside_count;
+        if count == 0 {
             return evaluations;
         }
-        evaluations += pool.count() as u64;
-        buffers.reserve(pool.count().div_ceil(LANES));
-        if is_aside {
-            pool.step::<W, true>(task, evaluator, max_blocks, &mut buffers);
-        } else {
-            pool.step::<W, false>(task, evaluator, max_blocks, &mut buffers);
+        evaluations += count as u64;
+        if running_count > 0 {
+            running.compute_points::<W, false>(task, running_count);
         }
-        // Tasks that return from an aside may exceed `max_lanes`.
-        let mut next = unstarted
-            .by_ref()
-            .take(if is_aside { 0 } else { usize::MAX });
-        pool.retire_and_refill(
-            task,
-            other,
-            (is_aside, max_lanes),
-            &buffers.ended,
-            &mut next,
-        );
+        if aside_count > 0 {
+            aside.compute_points::<W, true>(task, aside_count);
+        }
+        if running_count == 0 {
+            aside.evaluate(evaluator, count);
+        } else {
+            running.append_points(running_count, &aside, aside_count);
+            running.evaluate(evaluator, count);
+            aside.take_values(aside_count, &running, running_count);
+        }
+        if running_count > 0 {
+            running.advance::<W, false>(task, running_count);
+        }
+        if aside_count > 0 {
+            aside.advance::<W, true>(task, aside_count);
+        }
+        if running_count > 0 {
+            let next = &mut unstarted;
+            running.retire_and_refill(task, &mut aside, (false, max_lanes), running_count, next);
+        }
+        if aside_count > 0 {
+            let none = &mut iter::empty();
+            aside.retire_and_refill(task, &mut running, (true, max_lanes), aside_count, none);
+        }
+    }
+}
+
+/// Returns the number of running tasks and of those in an aside that advance next, from the first ones on.
+/// The others of a pool wait, in blocks of their own.
+fn step_counts(running: usize, aside: usize, min_aside: usize, max_lanes: usize) -> (usize, usize) {
+    let running_count = running.min(max_lanes);
+    let fits = aside <= max_lanes - running_count;
+    if aside >= min_aside || !fits && aside >= running {
+        (0, aside.min(max_lanes))
+    } else {
+        (running_count, if fits { aside } else { 0 })
     }
 }
 
@@ -165,24 +183,12 @@ fn run<W: RayTask>(task: &mut W, evaluator: &mut dyn Evaluator, items: &[u32]) -
 struct Pool<B> {
     blocks: Vec<B>,
     items: Vec<u32>,
-}
-
-/// Points of an evaluation, the field's values there, and the tasks that ended with them.
-#[derive(Default)]
-struct EvalBuffers {
+    /// Points of the next evaluation.
     points: Vec<Points>,
+    /// Values of the field there.
     values: Vec<F32x64>,
+    /// Tasks that end with them.
     ended: Vec<[bool; LANES]>,
-}
-
-impl EvalBuffers {
-    fn reserve(&mut self, blocks: usize) {
-        if self.points.len() < blocks {
-            self.points.resize_with(blocks, Points::default);
-            self.values.resize_with(blocks, F32x64::default);
-            self.ended.resize(blocks, [false; LANES]);
-        }
-    }
 }
 
 impl<B> Default for Pool<B> {
@@ -190,6 +196,9 @@ impl<B> Default for Pool<B> {
         Self {
             blocks: Vec::new(),
             items: Vec::new(),
+            points: Vec::new(),
+            values: Vec::new(),
+            ended: Vec::new(),
         }
     }
 }
@@ -246,39 +255,61 @@ impl<B: Lanes> Pool<B> {
         self.items.swap_remove(index);
     }
 
-    /// Advances all tasks by one evaluation, with at most `max_blocks` blocks per call of the evaluator.
+    /// Computes the points of the next evaluation of the first `count` tasks.
     #[inline(always)]
-    fn step<W: RayTask<Block = B>, const ASIDE: bool>(
-        &mut self,
-        task: &W,
-        evaluator: &mut dyn Evaluator,
-        max_blocks: usize,
-        buffers: &mut EvalBuffers,
-    ) {
-        let count = self.count();
+    fn compute_points<W: RayTask<Block = B>, const ASIDE: bool>(&mut self, task: &W, count: usize) {
         let used = count.div_ceil(LANES);
-        let EvalBuffers {
-            points,
-            values,
-            ended,
-        } = buffers;
-        for (block, points) in self.blocks[..used].iter().zip(points.iter_mut()) {
+        self.reserve(used);
+        for (block, points) in self.blocks[..used].iter().zip(&mut self.points) {
             if ASIDE {
                 task.points_aside(block, points);
             } else {
                 task.points(block, points);
             }
         }
-        repeat_first(&mut points[used - 1], count - (used - 1) * LANES);
-        let calls = points[..used]
-            .chunks(max_blocks)
-            .zip(values[..used].chunks_mut(max_blocks));
-        for (number, (points, values)) in calls.enumerate() {
-            let count = (count - number * max_blocks * LANES).min(max_blocks * LANES);
-            evaluator.distances_many(points, count, values);
+    }
+
+    /// Creates buffers for at least this number of blocks.
+    fn reserve(&mut self, blocks: usize) {
+        if self.points.len() < blocks {
+            self.points.resize_with(blocks, Points::default);
+            self.values.resize_with(blocks, F32x64::default);
+            self.ended.resize(blocks, [false; LANES]);
         }
-        let buffers = values.iter().zip(ended.iter_mut());
-        for (block, (values, ended)) in self.blocks[..used].iter_mut().zip(buffers) {
+    }
+
+    /// Copies the first points of another pool to the lanes from `start` on.
+    fn append_points(&mut self, start: usize, other: &Self, count: usize) {
+        self.reserve((start + count).div_ceil(LANES));
+        for index in 0..count {
+            let ((block, to), (from_block, from)) = (Self::lane(start + index), Self::lane(index));
+            for axis in 0..3 {
+                self.points[block][axis].0[to] = other.points[from_block][axis].0[from];
+            }
+        }
+    }
+
+    /// Copies the values in another pool's lanes from `start` on.
+    fn take_values(&mut self, count: usize, other: &Self, start: usize) {
+        for index in 0..count {
+            let ((block, to), (from_block, from)) = (Self::lane(index), Self::lane(start + index));
+            self.values[block].0[to] = other.values[from_block].0[from];
+        }
+    }
+
+    /// Evaluates the first `count` points.
+    fn evaluate(&mut self, evaluator: &mut dyn Evaluator, count: usize) {
+        let used = count.div_ceil(LANES);
+        repeat_first(&mut self.points[used - 1], count - (used - 1) * LANES);
+        evaluator.distances_many(&self.points[..used], count, &mut self.values[..used]);
+    }
+
+    /// Advances the first `count` tasks by the values.
+    #[inline(always)]
+    fn advance<W: RayTask<Block = B>, const ASIDE: bool>(&mut self, task: &W, count: usize) {
+        let buffers = self.values.iter().zip(&mut self.ended);
+        for (block, (values, ended)) in self.blocks[..count.div_ceil(LANES)].iter_mut().zip(buffers)
+        {
             if ASIDE {
                 task.advance_aside(block, values, ended);
             } else {
@@ -287,27 +318,27 @@ impl<B: Lanes> Pool<B> {
         }
     }
 
-    /// Removes the tasks that have ended, and moves to the `other` pool those that belong there. The `next`
-    /// items take their lanes, up to `max_lanes`.
+    /// Removes those of the first `advanced` tasks that have ended, and moves to the `other` pool those that
+    /// belong there. The `next` items take their lanes, up to `max_lanes`.
     #[inline(always)]
     fn retire_and_refill<W: RayTask<Block = B>>(
         &mut self,
         task: &mut W,
         other: &mut Self,
         (is_aside, max_lanes): (bool, usize),
-        ended: &[[bool; LANES]],
+        advanced: usize,
         next: &mut impl Iterator<Item = u32>,
     ) {
         // From the last one on, so that a task that moves into a free lane has been tested.
-        for block in (0..self.count().div_ceil(LANES)).rev() {
+        for block in (0..advanced.div_ceil(LANES)).rev() {
             let aside = W::aside_mask(&self.blocks[block]);
-            let mut leaving = leaving_lanes(&ended[block], aside, is_aside);
-            leaving &= u64::MAX >> (LANES - (self.count() - block * LANES).min(LANES));
+            let mut leaving = leaving_lanes(&self.ended[block], aside, is_aside);
+            leaving &= u64::MAX >> (LANES - (advanced - block * LANES).min(LANES));
             while leaving != 0 {
                 let lane = LANES - 1 - leaving.leading_zeros() as usize;
                 leaving &= !(1 << lane);
                 let (index, item) = (block * LANES + lane, self.items[block * LANES + lane]);
-                if ended[block][lane] {
+                if self.ended[block][lane] {
                     task.end(item, &self.blocks[block], lane);
                 } else {
                     other.take_from(item, &self.blocks[block], lane);
@@ -360,4 +391,155 @@ pub(super) fn any_nonzero(column: &F32x64) -> bool {
 #[inline(always)]
 pub(super) fn is_nan(x: f32) -> bool {
     x.to_bits() & 0x7fff_ffff > 0x7f80_0000
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::SurfaceBlock;
+    use super::*;
+
+    const ITEMS: u32 = 1000;
+    const MAX_STEPS: u32 = 60;
+
+    /// Returns a number that looks random, the same for equal arguments.
+    fn mix(a: u32, b: u32) -> u32 {
+        let mixed = (a.wrapping_mul(0x9e37_79b1) ^ b).wrapping_mul(0x85eb_ca6b);
+        mixed ^ mixed >> 15
+    }
+
+    fn steps(item: u32) -> u32 {
+        1 + mix(item, 7) % MAX_STEPS
+    }
+
+    /// Reports whether an item is in an aside before this step. No item begins in one.
+    fn is_aside(item: u32, step: u32) -> bool {
+        step > 0 && mix(item, step / 4).is_multiple_of(3)
+    }
+
+    fn field(x: f32, y: f32) -> f32 {
+        x + y / 64.0
+    }
+
+    lanes! {
+        /// Items at their steps, and the sums of the values outside and inside of asides.
+        StepLanes { item, step, mask, outside, inside }
+    }
+
+    /// A task that adds the field's values at points that name the item and the step.
+    struct Sums(Vec<[f32; 2]>);
+
+    impl Sums {
+        fn advance_all(b: &mut StepLanes, ended: &mut [bool; LANES]) {
+            for (i, ended) in ended.iter_mut().enumerate() {
+                b.step.0[i] += 1.0;
+                let (item, step) = (b.item.0[i] as u32, b.step.0[i] as u32);
+                *ended = step >= steps(item);
+                b.mask.0[i] = f32::from(u8::from(is_aside(item, step)));
+            }
+        }
+    }
+
+    impl RayTask for Sums {
+        type Block = StepLanes;
+
+        fn begin(&mut self, item: u32, b: &mut StepLanes, lane: usize) -> bool {
+            for column in [&mut b.step, &mut b.mask, &mut b.outside, &mut b.inside] {
+                column.0[lane] = 0.0;
+            }
+            b.item.0[lane] = item as f32;
+            item % 10 != 9
+        }
+
+        fn points(&self, b: &StepLanes, points: &mut Points) {
+            points[0].0 = b.item.0;
+            points[1].0 = b.step.0;
+        }
+
+        fn advance(&self, b: &mut StepLanes, values: &F32x64, ended: &mut [bool; LANES]) {
+            for (sum, value) in b.outside.0.iter_mut().zip(values.0) {
+                *sum += value;
+            }
+            Self::advance_all(b, ended);
+        }
+
+        fn aside_mask(b: &StepLanes) -> Option<&F32x64> {
+            Some(&b.mask)
+        }
+
+        fn advance_aside(&self, b: &mut StepLanes, values: &F32x64, ended: &mut [bool; LANES]) {
+            for (sum, value) in b.inside.0.iter_mut().zip(values.0) {
+                *sum += value;
+            }
+            Self::advance_all(b, ended);
+        }
+
+        fn end(&mut self, item: u32, b: &StepLanes, lane: usize) {
+            assert!(self.0[item as usize][0].is_nan(), "item {item} ends twice");
+            self.0[item as usize] = [b.outside.0[lane], b.inside.0[lane]];
+        }
+    }
+
+    /// An evaluator of [`field`] that counts its calls.
+    struct CountingField {
+        blocks: usize,
+        calls: u64,
+    }
+
+    impl Evaluator for CountingField {
+        fn preferred_blocks(&self, _: Query) -> usize {
+            self.blocks
+        }
+
+        fn distances(&mut self, points: &Points, _: usize, out: &mut F32x64) {
+            for i in 0..LANES {
+                out.0[i] = field(points[0].0[i], points[1].0[i]);
+            }
+        }
+
+        fn distances_many(&mut self, points: &[Points], count: usize, out: &mut [F32x64]) {
+            assert!(count <= self.blocks * LANES, "{count} points in one call");
+            self.calls += 1;
+            for (points, out) in points.iter().zip(out) {
+                self.distances(points, LANES, out);
+            }
+        }
+
+        fn gradients(&mut self, _: &Points, _: usize, _: &mut [F32x64; 4]) {
+            unreachable!("tasks ask for distances only");
+        }
+
+        fn surfaces(&mut self, _: &Points, _: &Points, _: usize, _: &mut SurfaceBlock) {
+            unreachable!("tasks ask for distances only");
+        }
+    }
+
+    #[test]
+    fn every_task_gets_its_values_and_lanes_are_empty_only_at_the_end() {
+        for blocks in [1, 4] {
+            let items: Vec<u32> = (0..ITEMS).collect();
+            let mut sums = Sums(vec![[f32::NAN; 2]; items.len()]);
+            let mut evaluator = CountingField { blocks, calls: 0 };
+            let evaluations = run_streamed(&mut sums, &mut evaluator, &items);
+            let mut total = 0;
+            for item in items {
+                if item % 10 == 9 {
+                    assert!(sums.0[item as usize][0].is_nan(), "item {item} never began");
+                    continue;
+                }
+                let mut expected = [0.0; 2];
+                for step in 0..steps(item) {
+                    let sum = &mut expected[usize::from(is_aside(item, step))];
+                    *sum += field(item as f32, step as f32);
+                    total += 1;
+                }
+                assert_eq!(sums.0[item as usize], expected, "item {item}");
+            }
+            assert_eq!(evaluations, total);
+            if blocks == 1 {
+                // Empty lanes are at most half of a block while more tasks than a block's are left.
+                let max_calls = total / LANES as u64 + 3 * u64::from(MAX_STEPS);
+                assert!(evaluator.calls <= max_calls, "{} calls", evaluator.calls);
+            }
+        }
+    }
 }

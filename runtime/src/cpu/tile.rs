@@ -1,6 +1,7 @@
 //! Tiles: a square of the picture, with the results of each stage for the next ones.
 
 use super::LANES;
+use super::leaf_bins::PACKET_SIDE;
 use super::packet::Marcher;
 use crate::cells::Aabb;
 use crate::render::ray::{PixelRay, camera_ray, distance_from_camera, ends_at_far};
@@ -11,24 +12,27 @@ use sdfc_shaders::layout::{self, RayState, Surface};
 use sdfc_shaders::marching::{SHOWN, UNDECIDED};
 use sdfc_vm::vector::V3;
 
-/// Side of a tile in pixels, if every core gets at least [`TILES_PER_CORE`] of them: points that are
-/// evaluated together share cells. Ten thousand boxes take a tenth more time with tiles of 32.
-const TILE_SIDE: u32 = 64;
-/// Side of a tile of a smaller picture, in pixels.
-const SMALL_TILE_SIDE: u32 = 32;
+/// Largest side of a tile in pixels. Points that are evaluated together share cells, and the last rays of a
+/// stage leave lanes empty once per tile. Ten thousand boxes take a tenth more time with tiles of 32.
+const MAX_TILE_SIDE: u32 = 64;
+/// Least side of a tile in pixels.
+const MIN_TILE_SIDE: u32 = 32;
 /// Number of tiles per core that keeps all cores busy to the end.
 const TILES_PER_CORE: u32 = 16;
 
-/// Returns the side of a picture's tiles in pixels.
+/// Returns the side of a picture's tiles in pixels: the largest one that gives every core
+/// [`TILES_PER_CORE`] tiles, or the least one.
 fn tile_side(picture: &RenderJob) -> u32 {
-    let [columns, rows] = picture.size.map(|side| side.div_ceil(TILE_SIDE));
-    let has_enough_tiles =
-        columns.saturating_mul(rows) >= TILES_PER_CORE * rayon::current_num_threads() as u32;
-    if has_enough_tiles {
-        TILE_SIDE
-    } else {
-        SMALL_TILE_SIDE
-    }
+    let tiles = TILES_PER_CORE * rayon::current_num_threads() as u32;
+    let is_small_enough = |&side: &u32| {
+        let [columns, rows] = picture.size.map(|length| length.div_ceil(side));
+        columns.saturating_mul(rows) >= tiles
+    };
+    (MIN_TILE_SIDE..=MAX_TILE_SIDE)
+        .rev()
+        .step_by(PACKET_SIDE as usize)
+        .find(is_small_enough)
+        .unwrap_or(MIN_TILE_SIDE)
 }
 
 /// A square of the picture. Lists are by pixel, row after row; items are indices in them.
