@@ -8,8 +8,8 @@
 //! lane skips individually.
 
 mod constant_layout;
-pub mod cut;
 mod operation;
+pub mod split_cells;
 pub mod tape;
 
 pub use constant_layout::ConstantLayout;

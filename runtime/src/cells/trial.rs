@@ -41,7 +41,7 @@ impl CellTrial {
         &self,
         program: &Program,
         tape: &Tape,
-        cut: &CellSpec<'_>,
+        spec: &CellSpec<'_>,
         pixels: &PixelSize,
     ) -> bool {
         if let Some(&cached) = self.0.get() {
@@ -50,8 +50,8 @@ impl CellTrial {
         if !is_rough(program) {
             return true;
         }
-        let refine = &pixels.coarsened(TRIAL_COARSENING);
-        let trial = build(program, tape, &CellSpec { refine, ..*cut });
+        let rule = &pixels.coarsened(TRIAL_COARSENING);
+        let trial = build(program, tape, &CellSpec { rule, ..*spec });
         trial.mean_work_fraction() <= GIVE_UP_FRACTION || *self.0.get_or_init(|| false)
     }
 

@@ -7,7 +7,7 @@ use super::{
 use crate::cells::policy::{self, PacketCells};
 use crate::cells::trial::CellTrial;
 use crate::cells::{
-    self, Aabb, CellInfo, CellSpec, Cells, MAX_BLOCKS, MortonKey, OnDemandCells, Subdivision,
+    self, Aabb, CellInfo, CellSpec, CellSplit, Cells, MAX_BLOCKS, MortonKey, OnDemandCells,
 };
 use crate::engine::{Engine, EngineError, EngineKind, FieldSample, SceneInput};
 use crate::render::plane::plane_of;
@@ -226,11 +226,11 @@ impl RenderField for CpuScene {
             ),
             false => policy::raw_field_cells(frame)?,
         };
-        let cut = CellSpec {
+        let spec = CellSpec {
             region,
-            subdivision: Subdivision::Volume,
+            split: CellSplit::Volume,
             band: 0.0,
-            refine: &pixels,
+            rule: &pixels,
         };
         let new_program = (&*self.distance, &*self.tape);
         let mut cached_cells = self
@@ -241,18 +241,18 @@ impl RenderField for CpuScene {
         if is_trial
             && !self
                 .cell_trial
-                .may_pay_off(new_program.0, new_program.1, &cut, &pixels)
+                .may_pay_off(new_program.0, new_program.1, &spec, &pixels)
         {
             return None;
         }
         let previous_cells = reusable.as_ref().map(|last| Arc::as_ptr(&last.cells));
         let reusable = reusable.and_then(|last| {
-            cells::rebuild_after_edit(&last.cells, (&last.program, &last.tape), new_program, &cut)
+            cells::rebuild_after_edit(&last.cells, (&last.program, &last.tape), new_program, &spec)
         });
         let is_unchanged =
             reusable.as_ref().map(Arc::as_ptr) == previous_cells && previous_cells.is_some();
         let cells =
-            reusable.unwrap_or_else(|| Arc::new(cells::build(new_program.0, new_program.1, &cut)));
+            reusable.unwrap_or_else(|| Arc::new(cells::build(new_program.0, new_program.1, &spec)));
         if is_trial && !self.cell_trial.pays_off(new_program.0, &cells) {
             return None;
         }
@@ -382,7 +382,7 @@ impl PrunedTapes {
             let boxes = chooser.boxes();
             for (lane, region) in regions.iter().enumerate() {
                 region
-                    .with_margin(Subdivision::Volume)
+                    .with_margin(CellSplit::Volume)
                     .write_lane(boxes, lane);
             }
             chooser.run(program, &tape.clauses, regions.len());

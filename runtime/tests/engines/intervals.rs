@@ -1,4 +1,4 @@
-//! Bounds over boxes, as devices compute them to cut cells: every operation of the table, every blend and
+//! Bounds over boxes, as devices compute them to split cells: every operation of the table, every blend and
 //! every frame, on random boxes. The bounds contain the values at points of the box: those of the same
 //! device, those of the CPU in `f32`, and those of the formula in real numbers.
 
