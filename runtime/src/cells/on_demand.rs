@@ -67,7 +67,7 @@ pub struct OnDemandCells {
     pending: Vec<CellBatch>,
     /// Costs of the current trial.
     trial: CostTrial,
-    pays: bool,
+    are_cheaper: bool,
 }
 
 /// Cost of evaluating the points of the current trial, in clauses run on a chunk of lanes.
@@ -174,16 +174,16 @@ impl OnDemandCells {
             keys: Vec::new(),
             pending: Vec::new(),
             trial: CostTrial::default(),
-            pays: true,
+            are_cheaper: true,
         };
         cells.pruner.reserve(tape.values, tape.points);
         cells
     }
 
     /// Reports whether cells were cheaper than the full tape in the last trial. Where pruning removes little,
-    /// as for fields that are the same everywhere, sorting points into cells does not pay off.
-    pub fn pays_off(&self) -> bool {
-        self.pays
+    /// as for fields that are the same everywhere, sorting points into cells is not profitable.
+    pub fn are_cheaper_than_full_tape(&self) -> bool {
+        self.are_cheaper
     }
 
     /// Calls `run` with batches of at most 64 of the first `count` points, each with a tape that is valid
@@ -234,7 +234,7 @@ impl OnDemandCells {
     fn record_trial(&mut self, points: usize) {
         let trial = &mut self.trial;
         if trial.points >= TRIAL_POINTS {
-            self.pays = trial.cell_cost < trial.full_tape_cost;
+            self.are_cheaper = trial.cell_cost < trial.full_tape_cost;
             *trial = CostTrial::default();
         }
         trial.points += points;
@@ -287,7 +287,7 @@ impl OnDemandCells {
             } else {
                 child_cell
             };
-            // Longer tapes are split later where that pays off, down to about this length.
+            // Longer tapes are split later where that is profitable, down to about this length.
             let tape_length = (self.cells[cell as usize].len as usize).min(2 * MAX_UNSPLIT_CLAUSES);
             split_cost += cost(tape_length, (to - from) as usize);
             self.pending.push(CellBatch {

@@ -27,7 +27,7 @@ const TRIVIAL_TAPE_CLAUSES: usize = 2;
 /// programs with bounded slopes are pruned well and cheaply, and so are fields written with coordinates.
 /// In repeated or rough space, intervals are loose, and rays spread over many cells cost more than the cells
 /// save.
-pub(crate) fn pays_off_for_lookups(program: &Program, tape: &Tape) -> bool {
+pub(crate) fn are_lookups_profitable(program: &Program, tape: &Tape) -> bool {
     if tape.lipschitz.is_bounded() {
         return tape.clauses.len() >= MIN_CLAUSES;
     }
@@ -96,7 +96,7 @@ const MAX_REUSE_SIZE_RATIO: f32 = 2.0;
 pub(crate) fn uses_cells(job: &RenderJob, program: &Program, tape: &Tape) -> bool {
     match job.cells {
         CellMode::Never => false,
-        CellMode::Auto => pays_off_for_lookups(program, tape),
+        CellMode::Auto => are_lookups_profitable(program, tape),
         CellMode::Always | CellMode::Cpu | CellMode::Gpu => true,
     }
 }

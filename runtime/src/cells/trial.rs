@@ -37,7 +37,7 @@ pub(crate) struct CellTrial(OnceLock<bool>);
 
 impl CellTrial {
     /// Reports whether cells are worth building, at least for the trial.
-    pub(crate) fn may_pay_off(
+    pub(crate) fn should_build_cells(
         &self,
         program: &Program,
         tape: &Tape,
@@ -56,7 +56,7 @@ impl CellTrial {
     }
 
     /// Reports whether these cells are profitable.
-    pub(crate) fn pays_off(&self, program: &Program, cells: &Cells) -> bool {
+    pub(crate) fn should_use_cells(&self, program: &Program, cells: &Cells) -> bool {
         let max_fraction = if is_rough(program) {
             MAX_WORK_FRACTION_ROUGH
         } else {

@@ -241,7 +241,7 @@ impl RenderField for CpuScene {
         if is_trial
             && !self
                 .cell_trial
-                .may_pay_off(new_program.0, new_program.1, &spec, &pixels)
+                .should_build_cells(new_program.0, new_program.1, &spec, &pixels)
         {
             return None;
         }
@@ -253,7 +253,7 @@ impl RenderField for CpuScene {
             reusable.as_ref().map(Arc::as_ptr) == previous_cells && previous_cells.is_some();
         let cells =
             reusable.unwrap_or_else(|| Arc::new(cells::build(new_program.0, new_program.1, &spec)));
-        if is_trial && !self.cell_trial.pays_off(new_program.0, &cells) {
+        if is_trial && !self.cell_trial.should_use_cells(new_program.0, &cells) {
             return None;
         }
         *cached_cells = Some(CachedCells {
@@ -411,7 +411,7 @@ impl PrunedTapes {
 const PLANE_PRUNE_MIN_CLAUSES: usize = 8;
 /// Minimum number of clauses for looking up each point's cell. For 64 unordered points, the lookup takes
 /// about two thirds of the time of a program of this length. Measured savings decide whether lookups continue
-/// ([`OnDemandCells::pays_off`]).
+/// ([`OnDemandCells::are_cheaper_than_full_tape`]).
 const ON_DEMAND_MIN_CLAUSES: usize = 32;
 
 /// Gathers the points of these keys into consecutive lanes.
@@ -467,7 +467,7 @@ impl Evaluator for CpuEvaluator<'_> {
             }
         });
         // Without cells the values are the same.
-        if !on_demand.pays_off() {
+        if !on_demand.are_cheaper_than_full_tape() {
             self.on_demand = None;
         }
     }
@@ -645,7 +645,7 @@ impl Evaluator for CpuEvaluator<'_> {
                 }
             }
         });
-        if !on_demand.pays_off() {
+        if !on_demand.are_cheaper_than_full_tape() {
             self.surface_on_demand = None;
         }
     }

@@ -120,7 +120,7 @@ pub(super) struct ProgramSplit<'a> {
 }
 
 /// Reports whether cells are split on a device by default: only on devices that are not the CPU.
-pub(super) fn pays_off(device: &DeviceInfo) -> bool {
+pub(super) fn splits_by_default(device: &DeviceInfo) -> bool {
     device.kind != DeviceKind::Software
 }
 
@@ -320,7 +320,7 @@ impl GpuCellBuilder {
         self.kernel(gpu, None)?;
         let methods = [
             Some(PruneMethod::Lipschitz),
-            pays_off(gpu.info()).then_some(PruneMethod::Interval),
+            splits_by_default(gpu.info()).then_some(PruneMethod::Interval),
         ];
         for method in methods.into_iter().flatten() {
             let key = SplitKernelKey {

@@ -166,7 +166,7 @@ impl GpuScene for Interpreter {
                 && match job.cells {
                     CellMode::Gpu => true,
                     CellMode::Cpu => false,
-                    _ => cell_builder::pays_off(gpu.info()),
+                    _ => cell_builder::splits_by_default(gpu.info()),
                 };
             Some((registers, CacheKey::for_job(job, on_device)?))
         });
