@@ -260,7 +260,7 @@ fn kernels_that_cut_cells_validate() {
                     method,
                 );
                 let module = validated_text("split_cells", &text);
-                assert!(storage(&module) <= split_cells::STORAGE_BUFFERS as usize);
+                assert!(storage(&module) <= split_cells::MAX_STORAGE_BUFFERS as usize);
                 assert_eq!(module.entry_points[0].workgroup_size, [64, 1, 1]);
                 check_layout(
                     &module,

@@ -230,7 +230,7 @@ pub fn edge(cell: [f32; 3], seed: f32) -> [f32; 3] {
 
 /// Returns gradient noise (K. Perlin, *Improving Noise*, SIGGRAPH 2002, with gradients of length one) and
 /// its exact gradient. Its magnitude is at most 1, and its slope is at most
-/// [`NOISE_SLOPE`](crate::interval::NOISE_SLOPE).
+/// [`MAX_NOISE_SLOPE`](crate::interval::MAX_NOISE_SLOPE).
 #[inline(always)]
 pub fn perlin<R: Real>(p: R::Vec3, seed: R) -> (R, R::Vec3) {
     let cell = p.floor().named("cell");

@@ -78,7 +78,7 @@ impl SurfaceHook {
         self.normals.clone_from(normals);
         for (lane, tie) in self.tie_distances.0.iter_mut().enumerate() {
             let largest = [0, 1, 2].map(|axis| points[axis].0[lane].abs());
-            *tie = largest.into_iter().fold(0.0, f32::max) * TIE_PER_COORDINATE as f32;
+            *tie = largest.into_iter().fold(0.0, f32::max) * MAX_TIE_PER_COORDINATE as f32;
         }
     }
 
@@ -90,13 +90,13 @@ impl SurfaceHook {
 
 /// The largest difference between distances of coincident faces, per unit of the point's largest
 /// coordinate.
-pub const TIE_PER_COORDINATE: f64 = 6e-6;
+pub const MAX_TIE_PER_COORDINATE: f64 = 6e-6;
 
 /// Returns the WGSL line that computes the largest difference between distances of coincident faces at a
 /// point.
 pub fn tie_wgsl(point: &str) -> String {
     format!(
-        "let tie = max(max(abs({point}.x), abs({point}.y)), abs({point}.z)) * {TIE_PER_COORDINATE};"
+        "let tie = max(max(abs({point}.x), abs({point}.y)), abs({point}.z)) * {MAX_TIE_PER_COORDINATE};"
     )
 }
 

@@ -18,8 +18,8 @@ use slopes::GraphSlopes;
 
 /// Minimum improvement of a bound, as a factor.
 const MIN_IMPROVEMENT: f64 = 1.0 + 1e-3;
-/// Factor up to which a bound counts as one, for rounding.
-const UNIT_TOLERANCE: f64 = 1.0 + 1e-5;
+/// Maximum bound that counts as one, for rounding.
+const MAX_UNIT_RATIO: f64 = 1.0 + 1e-5;
 
 /// Returns the graph with the divisions that are necessary.
 pub fn lipschitz(graph: &Graph, _: &Context) -> PassOutput {
@@ -37,7 +37,7 @@ pub fn lipschitz(graph: &Graph, _: &Context) -> PassOutput {
             return to.add(node);
         }
         longest = longest.max(1.0 / (factor * bound));
-        if bound < UNIT_TOLERANCE {
+        if bound < MAX_UNIT_RATIO {
             dropped += 1;
             return inner;
         }

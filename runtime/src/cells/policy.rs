@@ -17,11 +17,11 @@ const MIN_CLAUSES: usize = 32;
 const MAX_LEAF_PIXELS: f32 = 16.0;
 /// Maximum side of a leaf of a field written with coordinates, as a fraction of the cube's side. In larger
 /// leaves the gradient bounds are too loose, however few pixels they cover.
-const RAW_MAX_LEAF_FRACTION: f32 = 0.125;
-/// Maximum side in pixels of a leaf whose tape has at most [`TRIVIAL_TAPE_CLAUSES`] clauses.
+const MAX_RAW_LEAF_FRACTION: f32 = 0.125;
+/// Maximum side in pixels of a leaf whose tape has at most [`MAX_TRIVIAL_TAPE_CLAUSES`] clauses.
 const MAX_TRIVIAL_LEAF_PIXELS: f32 = 256.0;
 /// Maximum number of clauses of a tape that further splits can hardly shorten.
-const TRIVIAL_TAPE_CLAUSES: usize = 2;
+const MAX_TRIVIAL_TAPE_CLAUSES: usize = 2;
 
 /// Reports whether cells are profitable for an engine that looks up the cell of every point. Measured:
 /// programs with bounded slopes are pruned well and cheaply, and so are fields written with coordinates.
@@ -339,7 +339,7 @@ impl SplitRule for PixelSize {
         // Measured from inside a cell, its far parts count.
         let distance = gap.length().max(side * 0.25);
         let pixel = self.footprint + self.growth * distance;
-        let max_pixels = if clauses <= TRIVIAL_TAPE_CLAUSES {
+        let max_pixels = if clauses <= MAX_TRIVIAL_TAPE_CLAUSES {
             MAX_TRIVIAL_LEAF_PIXELS
         } else {
             self.max_leaf_pixels
@@ -361,14 +361,14 @@ pub(crate) fn raw_field_cells(frame: &FrameUniforms) -> Option<(Aabb, PixelSize)
     let pixel = pixels.footprint + pixels.growth * distance;
     let leaf = (side * pixel)
         .sqrt()
-        .clamp(side * 1e-5, side * RAW_MAX_LEAF_FRACTION);
+        .clamp(side * 1e-5, side * MAX_RAW_LEAF_FRACTION);
     let levels = ((side / leaf).ln() / 4_f32.ln()).ceil();
     let size_ratio = leaf * 4_f32.powf(levels) / side;
     Some((
         enclosing_cube(&extent, size_ratio * (1.0 + ROUNDING_MARGIN) - 1.0),
         PixelSize {
             max_leaf_pixels: leaf * ROUNDING_FACTOR / pixel,
-            max_side: side * RAW_MAX_LEAF_FRACTION * ROUNDING_FACTOR,
+            max_side: side * MAX_RAW_LEAF_FRACTION * ROUNDING_FACTOR,
             ..pixels
         },
     ))

@@ -175,7 +175,7 @@ impl Engine for CpuEngine {
 
     fn query(&mut self, points: &[[f32; 3]]) -> Result<Vec<FieldSample>, EngineError> {
         let scene = self.scene()?;
-        if points.len() < SORT_MIN_POINTS || scene.tape.clauses.len() < ON_DEMAND_MIN_CLAUSES {
+        if points.len() < MIN_SORT_POINTS || scene.tape.clauses.len() < MIN_ON_DEMAND_CLAUSES {
             let batches: Vec<Vec<FieldSample>> = points
                 .par_chunks(LANES)
                 .map_init(
@@ -272,7 +272,7 @@ impl RenderField for CpuScene {
     fn sample_plane(&self, job: &RenderJob, plane: &PixelPlane, band: f32) -> Option<Vec<f32>> {
         let is_pruned = match job.cells {
             CellMode::Never => false,
-            CellMode::Auto => self.tape.clauses.len() >= PLANE_PRUNE_MIN_CLAUSES,
+            CellMode::Auto => self.tape.clauses.len() >= MIN_PLANE_PRUNE_CLAUSES,
             CellMode::Always | CellMode::Cpu | CellMode::Gpu => true,
         };
         is_pruned.then(|| plane_quadtree::sample(&self.distance, &self.tape, plane, band))
@@ -311,7 +311,7 @@ impl CpuScene {
 impl CpuScene {
     fn evaluator_with<'a>(&'a self, cells: Option<&'a Cells>) -> CpuEvaluator<'a> {
         let on_demand = |tape: &Tape, cells: &Cells| {
-            let is_long = tape.clauses.len() >= ON_DEMAND_MIN_CLAUSES;
+            let is_long = tape.clauses.len() >= MIN_ON_DEMAND_CLAUSES;
             is_long.then(|| OnDemandCells::new(tape, *cells.region()))
         };
         let surface = self.surface.as_ref().map(|(_, tape)| tape);
@@ -367,13 +367,13 @@ struct PrunedTapes {
 
 /// Minimum number of clauses of a program that is pruned for boxes. Tracing a shorter one takes about as long
 /// as running it.
-const PRUNE_MIN_CLAUSES: usize = 8;
+const MIN_PRUNE_CLAUSES: usize = 8;
 
 impl PrunedTapes {
     /// Prunes a tape for boxes.
     fn prune(&mut self, program: &Program, tape: &Tape, regions: &[Aabb]) {
         self.clear();
-        if tape.clauses.len() < PRUNE_MIN_CLAUSES {
+        if tape.clauses.len() < MIN_PRUNE_CLAUSES {
             return;
         }
         let chooser = self.chooser.get_or_insert_with(|| Tracer::new(tape));
@@ -408,11 +408,11 @@ impl PrunedTapes {
 
 /// Minimum number of clauses of a 2-D shape that is pruned for squares of the image. With 2 to 4 clauses
 /// pruning gains nothing, with 8 it takes nine tenths of the time, with 18 six tenths.
-const PLANE_PRUNE_MIN_CLAUSES: usize = 8;
+const MIN_PLANE_PRUNE_CLAUSES: usize = 8;
 /// Minimum number of clauses for looking up each point's cell. For 64 unordered points, the lookup takes
 /// about two thirds of the time of a program of this length. Measured savings decide whether lookups continue
 /// ([`OnDemandCells::are_cheaper_than_full_tape`]).
-const ON_DEMAND_MIN_CLAUSES: usize = 32;
+const MIN_ON_DEMAND_CLAUSES: usize = 32;
 
 /// Gathers the points of these keys into consecutive lanes.
 fn gather(points: &[Points], keys: &[MortonKey], to: &mut Points) {
@@ -666,7 +666,7 @@ fn surface_tape_evaluator<'a>(
 }
 
 /// Minimum number of points for which sorting is profitable.
-const SORT_MIN_POINTS: usize = 1024;
+const MIN_SORT_POINTS: usize = 1024;
 
 impl CpuEvaluator<'_> {
     /// Samples points of which each run of 64 are neighbours.

@@ -25,10 +25,13 @@ use sdfc_vm::program::KernelRequirements;
 const MAX_NEW_NODES: u64 = 1 << 15;
 /// The words of 64 children, and the tape of the cell that is split.
 const NODE_BYTES: u64 = 260;
-/// Capacity for tapes, in clauses per instruction of the program, clamped to [`TAPE_CLAUSES_RANGE`] (32 to
-/// 128 MiB). A thousand blended boxes at 640×360 took 3,400.
+/// Capacity for tapes, in clauses per instruction of the program, within the limits that follow. A thousand
+/// blended boxes at 640×360 took 3,400.
 const CLAUSES_PER_INSTRUCTION: u64 = 1 << 15;
-const TAPE_CLAUSES_RANGE: [u64; 2] = [1 << 22, 1 << 24];
+/// Minimum capacity for tapes, in clauses: 32 MiB.
+const MIN_TAPE_CAPACITY_CLAUSES: u64 = 1 << 22;
+/// Maximum capacity for tapes, in clauses: 128 MiB.
+const MAX_TAPE_CAPACITY_CLAUSES: u64 = 1 << 24;
 /// Maximum number of words for choices: 24 MiB.
 const MAX_CHOICE_WORDS: u64 = 6 << 20;
 /// Maximum number of clauses of the cells of one dispatch. Each of 64 invocations walks through them three
@@ -127,7 +130,7 @@ pub(super) fn splits_by_default(device: &DeviceInfo) -> bool {
 /// Reports whether a device can split cells with tapes of these registers.
 pub(super) fn is_supported(device: &DeviceInfo, registers: KernelRegisters) -> bool {
     let limits = &device.limits;
-    limits.storage_buffers >= split_cells::STORAGE_BUFFERS
+    limits.storage_buffers >= split_cells::MAX_STORAGE_BUFFERS
         && limits.workgroup_invocations >= 64
         && max_buffer_bytes(device) >= QUEUE_HEADER_BYTES + size_of::<CellJob>() as u64
         && split_cells::fits(registers)
@@ -141,8 +144,8 @@ fn max_buffer_bytes(device: &DeviceInfo) -> u64 {
 /// Returns the sizes of the buffers of nodes and tapes for programs of `program` instructions, in bytes. The
 /// first `filled` bytes of each are in use.
 pub(super) fn buffer_sizes(device: &DeviceInfo, filled: [u64; 2], program: usize) -> [u64; 2] {
-    let [min_clauses, max_clauses] = TAPE_CLAUSES_RANGE;
-    let clauses = (program as u64 * CLAUSES_PER_INSTRUCTION).clamp(min_clauses, max_clauses);
+    let clauses = (program as u64 * CLAUSES_PER_INSTRUCTION)
+        .clamp(MIN_TAPE_CAPACITY_CLAUSES, MAX_TAPE_CAPACITY_CLAUSES);
     let [nodes, tapes] = filled;
     let nodes = nodes.div_ceil(256) + MAX_NEW_NODES;
     [NODE_BYTES * nodes, tapes + 8 * clauses].map(|size| size.min(max_buffer_bytes(device)))

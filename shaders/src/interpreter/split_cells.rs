@@ -45,7 +45,7 @@ pub const JOB_QUEUE_SLOT: u32 = 24;
 pub const ARGUMENTS_SLOT: u32 = 25;
 
 /// Maximum number of storage buffers that they bind.
-pub const STORAGE_BUFFERS: u32 = 7;
+pub const MAX_STORAGE_BUFFERS: u32 = 7;
 
 /// Number of words before the choices.
 pub const SCRATCH_HEADER_WORDS: usize = 8;
