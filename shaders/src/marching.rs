@@ -176,9 +176,9 @@ pub fn march_step<R: Real>(
         .max(threshold)
         .named("min_step");
     let capped_step =
-        (min_step * late_speedup(count, CAPPED_SPEEDUP_STEPS)).min(half_pixel.max(min_step));
+        (min_step * speedup_after(count, CAPPED_SPEEDUP_STEPS)).min(half_pixel.max(min_step));
     let short_step = capped_step
-        .max(min_step * late_speedup(count, UNCAPPED_SPEEDUP_STEPS))
+        .max(min_step * speedup_after(count, UNCAPPED_SPEEDUP_STEPS))
         .named("short_step");
     let is_value_short = radius.less(short_step);
     let is_step_short = R::and(is_value_short, R::not(short_step.less(step)));
@@ -281,7 +281,7 @@ pub fn sign_margin<R: Real>(rounding: R, slope: R, raw: R) -> R {
 /// Returns the factor on the minimum step of a ray close to zero after `count` steps; 1 during the first
 /// `free_steps`.
 #[inline(always)]
-pub(crate) fn late_speedup<R: Real>(count: R, free_steps: f64) -> R {
+pub(crate) fn speedup_after<R: Real>(count: R, free_steps: f64) -> R {
     let late =
         ((count - lit(free_steps)).max(lit(0.0)) * lit(1.0 / SPEEDUP_DOUBLING_STEPS)).named("late");
     late * late * late + lit(1.0)

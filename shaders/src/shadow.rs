@@ -32,8 +32,8 @@ const MAX_CAPPED_SPEEDUP: f64 = 4.0;
 /// large bound, rays need many evaluations without a surface nearby.
 #[inline(always)]
 pub fn late_speedup<R: Real>(count: R) -> R {
-    let capped = marching::late_speedup(count, CAPPED_SPEEDUP_STEPS).min(lit(MAX_CAPPED_SPEEDUP));
-    capped.max(marching::late_speedup(count, UNCAPPED_SPEEDUP_STEPS))
+    let capped = marching::speedup_after(count, CAPPED_SPEEDUP_STEPS).min(lit(MAX_CAPPED_SPEEDUP));
+    capped.max(marching::speedup_after(count, UNCAPPED_SPEEDUP_STEPS))
 }
 
 /// Minimum step of a shadow ray before that factor, in halves of a pixel.
