@@ -11,7 +11,7 @@ use sdfc_shaders::interpreter::{ConstantLayout, ProgramStorage, split_cells};
 use sdfc_shaders::layout::{
     CellJob, FrameUniforms, LightRecord, RayState, ShadowRayState, SplitParams, Surface,
 };
-use sdfc_vm::kernel::BlendKernel as Blend;
+use sdfc_vm::blend::BlendKernel as Blend;
 use sdfc_vm::program::{Code, KernelRequirements};
 use std::collections::BTreeSet;
 
@@ -220,7 +220,7 @@ fn requirements() -> [KernelRequirements; 3] {
         ..KernelRequirements::default()
     };
     let blended = KernelRequirements {
-        kernels: vec![Blend::Quadratic],
+        blend_kernels: vec![Blend::Quadratic],
         ..least.clone()
     };
     [least, blended, KernelRequirements::all()]

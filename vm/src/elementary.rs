@@ -3,7 +3,7 @@
 //! WGSL allows its builtins errors as large as 5e-4 in a sine, and devices use this allowance. These bodies
 //! are written once, run on every engine, and give the same bits unless multiplications and additions are
 //! fused. Ranges are reduced by constants in several parts (W. J. Cody and W. Waite, *Software Manual for
-//! the Elementary Functions*, 1980). The kernels on the reduced ranges are Taylor series, truncated where
+//! the Elementary Functions*, 1980). The polynomials on the reduced ranges are Taylor series, truncated where
 //! the next term is below half a unit in the last place. That of the arctangent is a fitted polynomial.
 //!
 //! [`Real`] cannot express integer hashes. They are the intrinsics [`Real::lattice`] and, for noise,

@@ -6,8 +6,8 @@
 //! equal materials stay equal.
 
 use crate::apply::{OpResult, apply};
+use crate::blend::BlendKernel;
 use crate::dual::{Dual, DualVec3};
-use crate::kernel::BlendKernel;
 use crate::lanes::{F32x64, LANES, Lane, Points};
 use crate::multiversion;
 use crate::real::{Real, Vector3};

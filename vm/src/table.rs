@@ -6,9 +6,9 @@
 //! inside for the tests. A row consists of the name, the body, inputs and parameters, the result, and the
 //! facts about the operation. It also converts a call's arguments to the parameters.
 
+use crate::blend::{Blend, BlendKernel};
 use crate::bounds::Bounds;
 use crate::interval::MAX_NOISE_STEEPNESS;
-use crate::kernel::{Blend, BlendKernel};
 use crate::ops::{prepare, volumes};
 use crate::real::Real;
 use crate::row::{

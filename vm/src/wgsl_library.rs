@@ -3,9 +3,9 @@
 //! that are called.
 
 use crate::apply::{record_gradient, record_interval, record_value};
+use crate::blend::BlendKernel;
 use crate::dual::Dual;
 use crate::guard::influence_margin_sq;
-use crate::kernel::BlendKernel;
 use crate::prelude;
 use crate::record::{
     BOX_POINT, DUAL_POINT, RecordedFunction, RecordedInterval, Scalar, Vec3, record,
@@ -31,9 +31,9 @@ pub struct WgslLibrary {
     local_normal: bool,
     mixed_surface: bool,
     guard: bool,
-    kernels: BTreeSet<BlendKernel>,
-    kernel_gradients: BTreeSet<BlendKernel>,
-    kernel_intervals: BTreeSet<BlendKernel>,
+    blends: BTreeSet<BlendKernel>,
+    blend_gradients: BTreeSet<BlendKernel>,
+    blend_intervals: BTreeSet<BlendKernel>,
 }
 
 impl WgslLibrary {
@@ -56,14 +56,14 @@ impl WgslLibrary {
             .map(record_value)
             .chain(sorted(&self.gradients).into_iter().map(record_gradient))
             .chain(sorted(&self.intervals).into_iter().map(record_interval))
-            .chain(self.kernels.iter().map(|&kernel| record_blend(kernel)))
+            .chain(self.blends.iter().map(|&kernel| record_blend(kernel)))
             .chain(
-                self.kernel_gradients
+                self.blend_gradients
                     .iter()
                     .map(|&kernel| record_blend_gradient(kernel)),
             )
             .chain(
-                self.kernel_intervals
+                self.blend_intervals
                     .iter()
                     .map(|&kernel| record_blend_interval(kernel)),
             );
@@ -125,15 +125,15 @@ impl WgslLibrary {
     }
     /// Marks a kernel's blend as called.
     pub fn use_blend(&mut self, kernel: BlendKernel) {
-        self.kernels.insert(kernel);
+        self.blends.insert(kernel);
     }
     /// Marks a kernel's blend with gradients as called.
     pub fn use_blend_gradient(&mut self, kernel: BlendKernel) {
-        self.kernel_gradients.insert(kernel);
+        self.blend_gradients.insert(kernel);
     }
     /// Marks a kernel's blend of intervals as called.
     pub fn use_blend_interval(&mut self, kernel: BlendKernel) {
-        self.kernel_intervals.insert(kernel);
+        self.blend_intervals.insert(kernel);
     }
     /// Marks the affine map of a point as called.
     pub fn use_mapped(&mut self) {

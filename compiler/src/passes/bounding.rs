@@ -2,7 +2,7 @@
 //! After: long unions and subtractions are [`GraphNode::Chain`]s with guards among their steps; hard ones
 //! are in another order. The value is the same in every bit, but for the sign of zeros.
 //!
-//! A union requires an operand where it is at most as far as the value so far; with a kernel, at most
+//! A union requires an operand where it is at most as far as the value so far; with a blend kernel, at most
 //! that plus the kernel's width. A subtraction requires the subtracted operand where the point is
 //! deeper inside the value so far than it is away from that operand. So an influence box around an
 //! operand, from which its value keeps its distance (`influence.rs`), determines where it can be skipped.

@@ -81,7 +81,7 @@ fn field_division(node: &GraphNode) -> Option<(NodeId, f64)> {
     }
 }
 
-/// Reports for each node whether a user depends on its magnitude and not only on comparisons: a kernel,
+/// Reports for each node whether a user depends on its magnitude and not only on comparisons: a blend kernel,
 /// an offset, arithmetic, a scale that is multiplied back.
 fn magnitude_sensitive(graph: &Graph) -> Vec<bool> {
     let mut is_magnitude_used = vec![false; graph.len()];

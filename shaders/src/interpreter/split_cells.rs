@@ -327,7 +327,7 @@ fn run_tape(
     );
     line(2, "let clause_index = index - tape - 1u;");
     let has_pairs = requirements.codes.iter().any(|code| code.arity() > 1);
-    let has_blends = !requirements.kernels.is_empty();
+    let has_blends = !requirements.blend_kernels.is_empty();
     let pair = match (has_pairs, has_blends) {
         (true, true) => Some([
             "select(a, accumulator, (info.w & BLENDS) != 0u)",

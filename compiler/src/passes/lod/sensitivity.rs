@@ -6,7 +6,7 @@ use crate::passes::bounding::influence::{InfluenceBoxes, constants};
 use sdfc_vm::interval::Interval;
 use sdfc_vm::table::Op;
 
-/// Number of kernel widths by which a value in a run of blends may exceed the result. Beyond it the
+/// Number of blend widths by which a value in a run of blends may exceed the result. Beyond it the
 /// value has a weight of less than a hundredth: it is the farther operand of several blends.
 const MIN_NEGLIGIBLE_WIDTHS: f64 = 3.0;
 
