@@ -19,8 +19,8 @@ use operation::{
     emit_constant_operands, emit_surface_blend, emit_transform, max_arity, max_pool_width,
     operation_case,
 };
+use sdfc_vm::material_weights::tie_wgsl;
 use sdfc_vm::program::KernelRequirements;
-use sdfc_vm::surface::tie_wgsl;
 use sdfc_vm::wgsl_library::WgslLibrary;
 use std::fmt::Write;
 

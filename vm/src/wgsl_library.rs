@@ -6,6 +6,7 @@ use crate::apply::{record_gradient, record_interval, record_value};
 use crate::blend::BlendKernel;
 use crate::dual::Dual;
 use crate::guard::influence_margin_sq;
+use crate::material_weights::MIXED_SURFACE_WGSL;
 use crate::prelude;
 use crate::record::{
     BOX_POINT, DUAL_POINT, RecordedFunction, RecordedInterval, Scalar, Vec3, record,
@@ -88,7 +89,7 @@ impl WgslLibrary {
             text.push_str(LOCAL_NORMAL);
         }
         if self.mixed_surface {
-            text.push_str(MIXED_SURFACE);
+            text.push_str(MIXED_SURFACE_WGSL);
         }
         if self.mapped {
             text.push_str(MAPPED);
@@ -246,26 +247,6 @@ const LOCAL_NORMAL: &str = "fn local_normal(dx: vec3f, dy: vec3f, dz: vec3f, n: 
     let z = dz.x * n.x + dz.y * n.y + dz.z * n.z;
     let v = vec3f(x, y, z);
     return v * (1.0 / max(length3(v), 1e-30));
-}
-
-";
-
-/// `weights` is a blend's value with the derivatives with respect to its two operands in x and y.
-const MIXED_SURFACE: &str = "fn first_seed(a: vec4f, b: vec4f, tie: f32) -> vec4f {
-    let slopes = max(abs(a.xyz), abs(b.xyz));
-    return vec4f(1.0, 0.0, 0.0, a.w - tie * max(max(slopes.x, slopes.y), slopes.z));
-}
-
-fn mixed_surface(a: Surface, b: Surface, weights: vec4f) -> Surface {
-    let t = abs(weights.y) / max(abs(weights.x) + abs(weights.y), 1e-20);
-    return Surface(
-        a.albedo + (b.albedo - a.albedo) * t,
-        a.roughness + (b.roughness - a.roughness) * t,
-        a.emission + (b.emission - a.emission) * t,
-        a.metallic + (b.metallic - a.metallic) * t,
-        a.bump + (b.bump - a.bump) * t,
-        select(a.id, b.id, t > 0.5),
-    );
 }
 
 ";

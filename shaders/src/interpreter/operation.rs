@@ -2,9 +2,9 @@
 
 use sdfc_vm::apply::wgsl_name;
 use sdfc_vm::blend::BlendKernel;
+use sdfc_vm::material_weights::tie_sign;
 use sdfc_vm::program::{Code, KernelRequirements};
 use sdfc_vm::row::{Category, Input, Output, ParameterType};
-use sdfc_vm::surface::tie_sign;
 use sdfc_vm::table::{Op, Row};
 use sdfc_vm::wgsl_library::{GUARD_NAME, WgslLibrary, blend_name};
 use std::fmt::Write;

@@ -22,8 +22,8 @@ use super::operation::{
 };
 use super::{ConstantLayout, InterpreterFunction, code_bindings};
 use crate::layout::GridUniforms;
+use sdfc_vm::material_weights::tie_wgsl;
 use sdfc_vm::program::{Code, KernelRequirements};
-use sdfc_vm::surface::tie_wgsl;
 use sdfc_vm::tape::{Clause, ClauseKind};
 use sdfc_vm::wgsl_library::WgslLibrary;
 use std::fmt::Write;
