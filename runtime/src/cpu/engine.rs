@@ -93,10 +93,7 @@ impl Engine for CpuEngine {
     }
 
     fn device(&self) -> String {
-        match rayon::current_num_threads() {
-            1 => format!("1 thread, {}", instruction_set()),
-            threads => format!("{threads} threads, {}", instruction_set()),
-        }
+        cpu_device(instruction_set())
     }
 
     fn load(&mut self, scene: &SceneInput<'_>) -> Result<(), EngineError> {
@@ -745,6 +742,14 @@ fn surface_numbers(surface: &Surface) -> [f32; SURFACE_NUMBERS] {
         z,
         surface.id,
     ]
+}
+
+/// Returns the name of this machine's threads as a device, with their arithmetic.
+pub(crate) fn cpu_device(arithmetic: &str) -> String {
+    match rayon::current_num_threads() {
+        1 => format!("1 thread, {arithmetic}"),
+        threads => format!("{threads} threads, {arithmetic}"),
+    }
 }
 
 /// The instruction set that the tape evaluator selects.
