@@ -40,7 +40,7 @@ impl Document {
         let folder = self.path.parent().unwrap_or(Path::new(""));
         targets
             .filter(|target| !target.is_empty() && !target.contains(':'))
-            .map(|target| normalized(&folder.join(target)))
+            .map(move |target| normalized(&folder.join(target)))
     }
 }
 
