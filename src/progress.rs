@@ -6,7 +6,7 @@ use std::sync::Mutex;
 use std::time::{Duration, Instant};
 
 /// Duration of work up to which no progress is shown.
-const SILENT_DURATION: Duration = Duration::from_millis(300);
+const MAX_SILENT_DURATION: Duration = Duration::from_millis(300);
 /// Minimum time between two changes of the line on a terminal.
 const MIN_REFRESH_INTERVAL: Duration = Duration::from_millis(100);
 /// Width of the bar, in characters.
@@ -55,7 +55,7 @@ impl<'a> Progress<'a> {
 
     /// Shows the finished fraction of the work; callable from any thread.
     pub(crate) fn update(&self, fraction: f32) {
-        if self.form == ProgressForm::Silent || self.started.elapsed() < SILENT_DURATION {
+        if self.form == ProgressForm::Silent || self.started.elapsed() < MAX_SILENT_DURATION {
             return;
         }
         let fraction = fraction.clamp(0.0, 1.0);

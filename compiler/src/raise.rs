@@ -6,7 +6,7 @@
 
 use crate::compile::Compiled;
 use crate::graph::{Graph, GraphChainStep, GraphNode, GraphNumber, Guard, NodeId};
-use sdfc_vm::kernel::{Blend, BlendKernel};
+use sdfc_vm::blend::{Blend, BlendKernel};
 use sdfc_vm::program::{Code, Destination, Instruction, Module, Operands, PointTransform, Program};
 use sdfc_vm::table::{Op, ROWS, Row};
 use std::collections::HashMap;

@@ -8,7 +8,7 @@
 //! unions is no deeper than one of ten.
 
 use crate::graph::{Graph, GraphChainStep, GraphNode, GraphNumber, NodeId, is_commutative};
-use sdfc_vm::kernel::Blend;
+use sdfc_vm::blend::Blend;
 use sdfc_vm::pool::{PoolBuilder, PoolNumber};
 use sdfc_vm::program::{Code, Destination, Instruction, Operands, PointTransform, Program};
 use sdfc_vm::table::Op;

@@ -1,5 +1,5 @@
-//! Input and output: files of scenes and their imports, PNG files, and a watcher of files.
+//! Input and output: files of scenes and their imports, encoding of PNG files, and a watcher of files.
 
 pub mod files;
-pub mod png_file;
+pub mod png_encoding;
 pub mod watcher;

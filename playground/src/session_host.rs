@@ -6,7 +6,7 @@ use crate::renderer::{DrawTask, EngineOpener, PickTask, Renderer};
 use crate::session::{Event, OneOffTask, Session, Task, TaskResult};
 use sdfc_compiler::export::translate;
 use sdfc_io::files::Files;
-use sdfc_io::png_file::png;
+use sdfc_io::png_encoding::encode_png;
 use sdfc_io::watcher::{Watcher, changed_since};
 use sdfc_runtime::engine::EngineKind;
 use std::path::PathBuf;
@@ -293,7 +293,7 @@ fn run_one_off(task: OneOffTask, files: &dyn Files) -> TaskResult {
             Err(why) => Err(format!("{} was not written: {why}", path.display())),
         }),
         OneOffTask::Save { path, size, rgba } => {
-            let written = png(size, &rgba).and_then(|bytes| files.write(&path, &bytes));
+            let written = encode_png(size, &rgba).and_then(|bytes| files.write(&path, &bytes));
             TaskResult::Message(match written {
                 Ok(()) => Ok(format!("saved {}", path.display())),
                 Err(why) => Err(format!("{} was not written: {why}", path.display())),

@@ -140,7 +140,7 @@ fn title(session: &Session) -> String {
 }
 
 /// Minimum delay of a requested repaint.
-const REPAINT_DELAY: Duration = Duration::from_micros(100);
+const MIN_REPAINT_DELAY: Duration = Duration::from_micros(100);
 
 /// The application.
 struct Window {
@@ -157,7 +157,7 @@ impl Window {
         let title = title(&session);
         let waker = ctx.clone();
         // A repaint after a delay, however short, draws one frame; an immediate one would draw two.
-        let wake = move || waker.request_repaint_after(REPAINT_DELAY);
+        let wake = move || waker.request_repaint_after(MIN_REPAINT_DELAY);
         Ok(Self {
             studio: SessionHost::new(session, services.files, services.opener, wake)?,
             examples: services.examples,
@@ -170,7 +170,7 @@ impl Window {
     /// Runs the session host and schedules the next frame if the session requests a wake-up.
     fn turn(&mut self, ctx: &Context) {
         if let Some(delay) = self.studio.turn() {
-            ctx.request_repaint_after(delay.max(REPAINT_DELAY));
+            ctx.request_repaint_after(delay.max(MIN_REPAINT_DELAY));
         }
         if let Some(text) = self.studio.session_mut().take_exported() {
             ctx.copy_text(text);

@@ -2,7 +2,7 @@
 //!
 //! A cell has 64 children, which are evaluated at once, one per lane. A child in which the field is at least
 //! [`CellSpec::band`] from zero stores only the sign. Every other child gets its parent's tape, pruned by the
-//! choices that the box decides. It is subdivided again where [`Refine`] requests it. Inside its cell a
+//! choices that the box decides. It is split again where [`SplitRule`] requests it. Inside its cell a
 //! pruned tape gives the same bits as the full program.
 //!
 //! Method: M. Keeter, *Massively Parallel Rendering of Complex Closed-Form Implicit Surfaces*, 2020; W.
@@ -16,7 +16,7 @@ mod pack;
 pub(crate) mod policy;
 pub(crate) mod trial;
 
-pub use build::{CellSpec, Refine, build};
+pub use build::{CellSpec, SplitRule, build};
 pub use incremental::{changed_instructions, rebuild_after_edit};
 pub use lookup::{CellInfo, Occupancy};
 pub use on_demand::{MAX_BLOCKS, MortonKey, OnDemandCells};
@@ -32,7 +32,7 @@ pub const CHILDREN: usize = 64;
 
 /// Arrangement of the children of a cell.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Subdivision {
+pub enum CellSplit {
     /// 4 × 4 × 4 children.
     #[default]
     Volume,
@@ -40,8 +40,8 @@ pub enum Subdivision {
     Plane,
 }
 
-impl Subdivision {
-    /// Number of bits that select a child along each subdivided axis.
+impl CellSplit {
+    /// Number of bits that select a child along each split axis.
     pub const fn digit_bits(self) -> u32 {
         match self {
             Self::Volume => 2,
@@ -99,8 +99,8 @@ impl Aabb {
         (0..3).all(|axis| self.low[axis] <= p[axis] && p[axis] <= self.high[axis])
     }
     /// Returns the box of a child, counted along x, then y, then z.
-    pub fn child(&self, index: usize, subdivision: Subdivision) -> Self {
-        let child_counts = subdivision.child_counts();
+    pub fn child(&self, index: usize, split: CellSplit) -> Self {
+        let child_counts = split.child_counts();
         let [x, y, _] = child_counts;
         let coordinates = [index % x, index / x % y, index / x / y];
         let face_coordinate = |axis: usize, n: usize| {
@@ -117,12 +117,12 @@ impl Aabb {
         }
     }
     /// Returns a slightly larger box, for points that rounding puts on the wrong side of a face.
-    pub fn with_margin(&self, subdivision: Subdivision) -> Self {
+    pub fn with_margin(&self, split: CellSplit) -> Self {
         let farthest = (0..3).fold(0.0, |largest, axis| {
             f32::max(largest, self.low[axis].abs().max(self.high[axis].abs()))
         });
         let margin = self.longest_side() / 64.0 + farthest * 1e-6;
-        let child_counts = subdivision.child_counts();
+        let child_counts = split.child_counts();
         let margin = |axis: usize| if child_counts[axis] > 1 { margin } else { 0.0 };
         Self {
             low: std::array::from_fn(|axis| self.low[axis] - margin(axis)),
@@ -169,7 +169,7 @@ pub struct Cell {
     stalled_levels: u32,
     /// Set if the cell has no children.
     is_leaf: bool,
-    /// Set if another stage subdivides the cell ([`Refine::defers`]).
+    /// Set if another stage splits the cell ([`SplitRule::defers`]).
     is_deferred: bool,
 }
 
@@ -194,19 +194,19 @@ const NODE: u32 = 1 << 31;
 /// A scene's cells.
 #[derive(Clone, Debug)]
 pub struct Cells {
-    subdivision: Subdivision,
+    split: CellSplit,
     band: f32,
     /// All cells; the first is the root.
     cells: Vec<Cell>,
-    /// Children of the subdivided cells.
+    /// Children of the split cells.
     nodes: Vec<CellNode>,
-    /// Node of the root cell, if that is subdivided.
+    /// Node of the root cell, if that is split.
     root: u32,
     arenas: Vec<Arc<Vec<Clause>>>,
     /// Number of cells of the last build or rebuild, and number of cells of the first build.
     rebuilt_count: usize,
     initial_count: usize,
-    /// Number of cells that a limit on cells or clauses kept from being subdivided.
+    /// Number of cells that a limit on cells or clauses kept from being split.
     over_budget_count: usize,
     /// Set where the field may have a discontinuity in the root cell.
     may_be_discontinuous: bool,
@@ -218,8 +218,8 @@ impl Cells {
         &self.cells[0].region
     }
     /// Returns the arrangement of children.
-    pub fn subdivision(&self) -> Subdivision {
-        self.subdivision
+    pub fn split(&self) -> CellSplit {
+        self.split
     }
     /// Reports whether the field may have a discontinuity in the root cell. Empty spheres are then valid only
     /// within their cell.

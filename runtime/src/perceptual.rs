@@ -115,8 +115,8 @@ struct Channel {
 }
 
 impl Channel {
-    /// Filters each row, then each column, by a kernel of odd length around each pixel. Beyond the border the
-    /// border pixels are repeated.
+    /// Filters each row, then each column, by an odd number of weights around each pixel. Beyond the border
+    /// the border pixels are repeated.
     fn filtered(&self, across: &[f64], down: &[f64]) -> Vec<f64> {
         let (width, height) = (self.width, self.values.len() / self.width);
         let clamped_index = |index: usize, offset: usize, radius: usize, count: usize| {
@@ -214,7 +214,7 @@ impl FeatureDetector {
     }
 }
 
-/// Scales a kernel so that its positive weights sum to 1 and its negative ones to −1.
+/// Scales weights so that the positive ones sum to 1 and the negative ones to −1.
 fn normalized(weights: Vec<f64>) -> Vec<f64> {
     let positive: f64 = weights.iter().filter(|w| **w > 0.0).sum();
     let negative: f64 = weights.iter().filter(|w| **w < 0.0).sum();

@@ -212,10 +212,10 @@ pub enum CellMode {
     Never,
     /// Always.
     Always,
-    /// Always, and cut on the CPU even if a device renders.
+    /// Always, and split on the CPU even if a device renders.
     Cpu,
-    /// Always, and cut on the device that renders, if it can ([`crate::engine`]). By default, software
-    /// devices leave cutting to the faster code on the CPU.
+    /// Always, and split on the device that renders, if it can ([`crate::engine`]). By default, software
+    /// devices leave splitting to the faster code on the CPU.
     Gpu,
 }
 
@@ -337,7 +337,7 @@ pub struct CellStats {
     pub count: u64,
     /// Number of clauses of their programs; shared ones count once.
     pub clauses: u64,
-    /// Number of cells that kept the program of their parent, or were not cut further, because memory ran
+    /// Number of cells that kept the program of their parent, or were not split further, because memory ran
     /// out.
     pub out_of_memory: u64,
     /// Number of cells built for this image, not kept from the one before an edit.

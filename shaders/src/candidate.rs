@@ -27,17 +27,17 @@ use sdfc_vm::real::{Real, Vector3, lit};
 /// Overshoot of a probe beyond the expected surface, as a fraction of the distance to it.
 const OVERSHOOT_FRACTION: f64 = 0.02;
 /// Minimum overshoot of a probe, in units of the field's rounding error there.
-const OVERSHOOT_ROUNDINGS: f64 = 2.0 * NOISE_ROUNDINGS;
+const MIN_OVERSHOOT_ROUNDINGS: f64 = 2.0 * MAX_NOISE_ROUNDINGS;
 /// Minimum overshoot of a probe, as a fraction of the distance limit: at a corner, a shorter step leads along
 /// a face.
-const OVERSHOOT_LIMIT_FRACTION: f64 = 0.001;
+const MIN_OVERSHOOT_LIMIT_FRACTION: f64 = 0.001;
 /// Distance of the gradient's taps from the round's point, as a fraction of the value.
 const TAP_FRACTION: f64 = 0.004;
 /// Minimum distance of the taps, in units of the field's rounding error there.
-const TAP_ROUNDINGS: f64 = 64.0;
+const MIN_TAP_ROUNDINGS: f64 = 64.0;
 /// Minimum distance of the taps, as a fraction of the distance limit: at a corner, both faces then contribute
 /// to the gradient.
-const TAP_LIMIT_FRACTION: f64 = 0.0005;
+const MIN_TAP_LIMIT_FRACTION: f64 = 0.0005;
 /// Maximum number of rounds of a probe: at a face, an edge and a corner, and where a field bends.
 const MAX_ROUNDS: f64 = 8.0;
 /// Squared sine of the angle between the faces of the sharpest edge that a probe follows. More opposed faces
@@ -46,7 +46,7 @@ const MIN_EDGE_SINE_SQUARED: f64 = 0.2;
 /// Thickness of a sheet into which a probe goes back, as a fraction of the distance to it.
 const THIN_SHEET_FRACTION: f64 = 0.1;
 /// Depth below zero from which on a value is not mere rounding, in units of the field's rounding error.
-const NOISE_ROUNDINGS: f64 = 4.0;
+const MAX_NOISE_ROUNDINGS: f64 = 4.0;
 /// Maximum depth of the field below the gradient's prediction, in units of the value. Beyond it, the line
 /// through both ends of a probe does not locate the surface.
 const MAX_EXCESS_DEPTH: f64 = 0.15;
@@ -67,7 +67,7 @@ fn rounding<R: Real>(point: R::Vec3) -> R {
 #[inline(always)]
 pub fn tap_distance<R: Real>(value: R, point: R::Vec3, limit: R) -> R {
     let min_distance =
-        (rounding::<R>(point) * lit(TAP_ROUNDINGS)).max(limit * lit(TAP_LIMIT_FRACTION));
+        (rounding::<R>(point) * lit(MIN_TAP_ROUNDINGS)).max(limit * lit(MIN_TAP_LIMIT_FRACTION));
     (value.abs() * lit(TAP_FRACTION)).max(min_distance)
 }
 
@@ -106,7 +106,7 @@ fn probe_step<R: Real>(
     let slope = slope_square.max(lit(1e-30)).sqrt().named("slope");
     let distance = (value.abs() / slope).named("distance");
     let min_overshoot =
-        (rounding * lit(OVERSHOOT_ROUNDINGS)).max(limit * lit(OVERSHOOT_LIMIT_FRACTION));
+        (rounding * lit(MIN_OVERSHOOT_ROUNDINGS)).max(limit * lit(MIN_OVERSHOOT_LIMIT_FRACTION));
     let length = (distance + min_overshoot.max(distance * lit(OVERSHOOT_FRACTION))).min(limit);
     let factor = R::select(is_valley, lit(0.0), length / slope).named("factor");
     direction * R::select(value.less(lit(0.0)), factor, -factor)
@@ -186,7 +186,7 @@ pub fn probe_outcome<R: Real>(
     limit: R,
 ) -> R {
     // The rounding error of a field that was divided by a large bound is smaller, too.
-    let noise = rounding::<R>(point) * gradient.length().min(lit(1.0)) * lit(NOISE_ROUNDINGS);
+    let noise = rounding::<R>(point) * gradient.length().min(lit(1.0)) * lit(MAX_NOISE_ROUNDINGS);
     let is_surface = value.min(field).less(-noise);
     let expected = value + gradient.dot(next - offset);
     let is_deep = field.less(expected - value * lit(MAX_EXCESS_DEPTH));

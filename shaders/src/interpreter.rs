@@ -8,8 +8,8 @@
 //! lane skips individually.
 
 mod constant_layout;
-pub mod cut;
 mod operation;
+pub mod split_cells;
 pub mod tape;
 
 pub use constant_layout::ConstantLayout;
@@ -19,8 +19,8 @@ use operation::{
     emit_constant_operands, emit_surface_blend, emit_transform, max_arity, max_pool_width,
     operation_case,
 };
+use sdfc_vm::material_weights::tie_wgsl;
 use sdfc_vm::program::KernelRequirements;
-use sdfc_vm::surface::tie_wgsl;
 use sdfc_vm::wgsl_library::WgslLibrary;
 use std::fmt::Write;
 
@@ -198,7 +198,7 @@ pub fn interpreter(
     for k in 0..max_pool_width(requirements) {
         line(2, &format!("let k{k} = pool[instruction.y + {k}u];"));
     }
-    if requirements.constant_operands || !requirements.kernels.is_empty() {
+    if requirements.constant_operands || !requirements.blend_kernels.is_empty() {
         line(2, "let c = pool[instruction.w];");
     }
     if requirements.points > 0 {
@@ -299,8 +299,8 @@ fn emit_result(
     line: &mut impl FnMut(usize, &str),
 ) {
     let may_have_no_value = requirements.codes.iter().any(|code| code.has_no_value());
-    if !requirements.kernels.is_empty() {
-        line(2, "let kernel = (word >> 8u) & 7u;");
+    if !requirements.blend_kernels.is_empty() {
+        line(2, "let blend_kernel = (word >> 8u) & 7u;");
     }
     emit_blends(requirements, numbers, library, line);
     if surface {
@@ -332,11 +332,11 @@ fn emit_result(
         line(2, "material = result_material;");
     }
     if stack {
-        let pushes = match (requirements.kernels.is_empty(), may_have_no_value) {
+        let pushes = match (requirements.blend_kernels.is_empty(), may_have_no_value) {
             (true, false) => "1u".to_owned(),
-            (false, false) => "select(0u, 1u, kernel == 0u)".to_owned(),
+            (false, false) => "select(0u, 1u, blend_kernel == 0u)".to_owned(),
             (true, true) => "select(1u, 0u, has_no_value)".to_owned(),
-            (false, true) => "select(0u, 1u, kernel == 0u && !has_no_value)".to_owned(),
+            (false, true) => "select(0u, 1u, blend_kernel == 0u && !has_no_value)".to_owned(),
         };
         line(2, &format!("depth = depth - popped + {pushes};"));
     }

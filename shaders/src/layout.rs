@@ -172,9 +172,9 @@ shared! {
 }
 
 shared! {
-    /// Parameters of cutting cells on a device: see [`crate::interpreter::cut`].
-    CutParams {
-        /// Lower corner of the box that is cut.
+    /// Parameters of splitting cells on a device: see [`crate::interpreter::split_cells`].
+    SplitParams {
+        /// Lower corner of the box that is split.
         low: vec3f,
         /// Maximum number of levels of cells.
         max_levels: u32,
@@ -196,8 +196,8 @@ shared! {
         slope: f32,
         /// Rounding error of a cell's position.
         rounding: f32,
-        /// Number of clauses up to which a tape is not cut further.
-        max_uncut_clauses: u32,
+        /// Number of clauses up to which a cell is not split further.
+        max_leaf_clauses: u32,
         /// Number of clauses of the full tape.
         full_tape_length: u32,
         /// Word of a child outside of the band.
@@ -221,11 +221,11 @@ shared! {
     }
 }
 
-/// Placeholder for the entry before an edit of a cell that is cut anew.
+/// Placeholder for the entry before an edit of a cell that is split anew.
 pub const NO_OLD_ENTRY: u32 = u32::MAX;
 
 shared! {
-    /// A cell to be cut on a device.
+    /// A cell to be split on a device.
     CellJob {
         /// Index of its entry among the nodes.
         node_entry: u32,
@@ -233,7 +233,7 @@ shared! {
         tape: u32,
         /// Number of clauses of the tape; 0 for a cell that an edit left unchanged, with all its descendants.
         length: u32,
-        /// Number of subdivisions from the root.
+        /// Number of levels below the root.
         level: u32,
         /// Its position among the cells of its level along x.
         x: u32,
@@ -243,7 +243,7 @@ shared! {
         z: u32,
         /// Number of successive levels that removed less than a tenth of their parents' clauses.
         stalled_levels: u32,
-        /// Index of its entry before an edit; [`NO_OLD_ENTRY`] where all cells are cut anew.
+        /// Index of its entry before an edit; [`NO_OLD_ENTRY`] where all cells are split anew.
         old_entry: u32,
     }
 }

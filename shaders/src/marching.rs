@@ -99,18 +99,18 @@ const SECANT_FROM_THRESHOLDS: f64 = 20.0;
 const MIN_STEP_HALF_PIXELS: f64 = 0.0625;
 /// Maximum distance to an estimated root, in halves of a pixel: four pixels. A longer line may lead through a
 /// wall, and is followed only where the field falls strictly linearly.
-const SECANT_MAX_HALF_PIXELS: f64 = 8.0;
+const MAX_SECANT_HALF_PIXELS: f64 = 8.0;
 /// Maximum step to a root of a field with unknown slopes without a sample halfway, in halves of a pixel.
-const RAW_SECANT_MAX_HALF_PIXELS: f64 = 4.0;
+const MAX_RAW_SECANT_HALF_PIXELS: f64 = 4.0;
 /// Maximum relative difference between the last slope and the mean in a linear fall.
 const LINEARITY_TOLERANCE: f64 = 0.3;
 /// Maximum relative difference in a strictly linear fall, as towards a plane and nothing else.
 const STRICT_LINEARITY_TOLERANCE: f64 = 0.01;
 /// Field value below which a ray out of steps counts as a hit, in halves of a pixel: a pixel.
-const ACCEPT_WITHIN_HALF_PIXELS: f64 = 2.0;
+const MAX_ACCEPTED_HALF_PIXELS: f64 = 2.0;
 /// Field value below which it does if the field falls to zero before `far`, in halves of a pixel: four
 /// pixels.
-const ACCEPT_FALLING_WITHIN_HALF_PIXELS: f64 = 8.0;
+const MAX_ACCEPTED_FALLING_HALF_PIXELS: f64 = 8.0;
 /// Maximum distance of the last sample from the root, in units of [`side_distance`].
 const MAX_SETTLED_SIDE_DISTANCES: f64 = 1.5;
 /// Distance from a root at which the sign is certain, in units of the field's rounding error.
@@ -176,16 +176,16 @@ pub fn march_step<R: Real>(
         .max(threshold)
         .named("min_step");
     let capped_step =
-        (min_step * late_speedup(count, CAPPED_SPEEDUP_STEPS)).min(half_pixel.max(min_step));
+        (min_step * speedup_after(count, CAPPED_SPEEDUP_STEPS)).min(half_pixel.max(min_step));
     let short_step = capped_step
-        .max(min_step * late_speedup(count, UNCAPPED_SPEEDUP_STEPS))
+        .max(min_step * speedup_after(count, UNCAPPED_SPEEDUP_STEPS))
         .named("short_step");
     let is_value_short = radius.less(short_step);
     let is_step_short = R::and(is_value_short, R::not(short_step.less(step)));
     let has_crossed = field.less(-depth);
     // The value at the end of a long line must be near zero, or there was a surface in between.
     let max_estimate =
-        (half_pixel.max(threshold) * lit(SECANT_MAX_HALF_PIXELS)).named("max_estimate");
+        (half_pixel.max(threshold) * lit(MAX_SECANT_HALF_PIXELS)).named("max_estimate");
     let is_far = R::and(R::not(is_plain), max_estimate.less(step));
     let max_depth = (radius * lit(2.0 * OVERSHOOT_FRACTION)).max(depth * lit(4.0));
     let is_astray = R::and(is_far, field.less(-max_depth));
@@ -200,7 +200,7 @@ pub fn march_step<R: Real>(
     // A long step may pass a sheet. A value off the line may lie behind a wall before a field that was
     // divided by a bound.
     let is_raw = lit::<R>(0.5).less(raw);
-    let is_long = (half_pixel * lit(RAW_SECANT_MAX_HALF_PIXELS))
+    let is_long = (half_pixel * lit(MAX_RAW_SECANT_HALF_PIXELS))
         .max(certain_depth)
         .less(step);
     let is_off_line = R::and(field.less(-max_depth), certain_depth.less(step));
@@ -281,7 +281,7 @@ pub fn sign_margin<R: Real>(rounding: R, slope: R, raw: R) -> R {
 /// Returns the factor on the minimum step of a ray close to zero after `count` steps; 1 during the first
 /// `free_steps`.
 #[inline(always)]
-pub(crate) fn late_speedup<R: Real>(count: R, free_steps: f64) -> R {
+pub(crate) fn speedup_after<R: Real>(count: R, free_steps: f64) -> R {
     let late =
         ((count - lit(free_steps)).max(lit(0.0)) * lit(1.0 / SPEEDUP_DOUBLING_STEPS)).named("late");
     late * late * late + lit(1.0)
@@ -327,8 +327,8 @@ pub fn accept_at_step_cap<R: Real>(
     half_pixel: R,
     far: R,
 ) -> R {
-    let is_beside = radius.less(half_pixel * lit(ACCEPT_WITHIN_HALF_PIXELS));
-    let is_near = radius.less(half_pixel * lit(ACCEPT_FALLING_WITHIN_HALF_PIXELS));
+    let is_beside = radius.less(half_pixel * lit(MAX_ACCEPTED_HALF_PIXELS));
+    let is_near = radius.less(half_pixel * lit(MAX_ACCEPTED_FALLING_HALF_PIXELS));
     let slope = ((radius - radius_before) / (t - t_before).max(lit(1e-30))).named("slope");
     let is_strictly_linear = (slope - trend)
         .abs()

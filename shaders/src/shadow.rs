@@ -32,15 +32,15 @@ const MAX_CAPPED_SPEEDUP: f64 = 4.0;
 /// large bound, rays need many evaluations without a surface nearby.
 #[inline(always)]
 pub fn late_speedup<R: Real>(count: R) -> R {
-    let capped = marching::late_speedup(count, CAPPED_SPEEDUP_STEPS).min(lit(MAX_CAPPED_SPEEDUP));
-    capped.max(marching::late_speedup(count, UNCAPPED_SPEEDUP_STEPS))
+    let capped = marching::speedup_after(count, CAPPED_SPEEDUP_STEPS).min(lit(MAX_CAPPED_SPEEDUP));
+    capped.max(marching::speedup_after(count, UNCAPPED_SPEEDUP_STEPS))
 }
 
 /// Minimum step of a shadow ray before that factor, in halves of a pixel.
 const MIN_STEP_HALF_PIXELS: f64 = 0.0625;
 /// Start of a ray for sharp shadows, in minimum steps. Its origin is nearer to the surface than that of
 /// others, and it would take more steps to leave it.
-const SHARP_START_MIN_STEPS: f64 = 4.0;
+const SHARP_START_STEPS: f64 = 4.0;
 
 /// Returns the minimum step of a shadow ray before [`late_speedup`]. `height` is that of its start over the surface
 /// ([`lift`](crate::normals::lift)).
@@ -55,7 +55,7 @@ pub fn start_t<R: Real>(min_step: R, is_sharp: R) -> R {
     min_step
         * R::select(
             lit::<R>(0.5).less(is_sharp),
-            lit(SHARP_START_MIN_STEPS),
+            lit(SHARP_START_STEPS),
             lit(1.0),
         )
 }

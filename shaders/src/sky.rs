@@ -3,7 +3,7 @@
 use sdfc_vm::real::{Real, Vector3, lit};
 
 /// Sine of the angle below the horizon up to which the ground is hazy.
-const HAZE_SINE: f64 = 0.35;
+const MAX_HAZE_SINE: f64 = 0.35;
 
 /// Returns the colour of the sky in a direction of length one. Below the horizon it fades into that of the
 /// ground, over a range that grows with `blur`. That is 0 for camera rays, and the roughness for mirrored
@@ -20,7 +20,7 @@ pub fn sky_color<R: Real>(
     let height = direction.dot(up).named("height");
     let above = height.max(lit(0.0)).sqrt();
     let upper = horizon.mix(top, above);
-    let edge = (blur + lit(HAZE_SINE)).named("edge");
+    let edge = (blur + lit(MAX_HAZE_SINE)).named("edge");
     upper.mix(ground, (-height).smoothstep(lit(0.0), edge))
 }
 

@@ -5,13 +5,13 @@ use sdfc_shaders::assemble::{
     BufferAccess, RenderStage, SceneFunction, SceneSource, StageKernel, kernel, stages,
 };
 use sdfc_shaders::features::{Features, Mode, Normals, Occlusion, ShadowForm};
-use sdfc_shaders::interpreter::cut::CutMethod;
+use sdfc_shaders::interpreter::split_cells::PruneMethod;
 use sdfc_shaders::interpreter::tape::KernelRegisters;
-use sdfc_shaders::interpreter::{ConstantLayout, ProgramStorage, cut};
+use sdfc_shaders::interpreter::{ConstantLayout, ProgramStorage, split_cells};
 use sdfc_shaders::layout::{
-    CellJob, CutParams, FrameUniforms, LightRecord, RayState, ShadowRayState, Surface,
+    CellJob, FrameUniforms, LightRecord, RayState, ShadowRayState, SplitParams, Surface,
 };
-use sdfc_vm::kernel::BlendKernel as Blend;
+use sdfc_vm::blend::BlendKernel as Blend;
 use sdfc_vm::program::{Code, KernelRequirements};
 use std::collections::BTreeSet;
 
@@ -220,7 +220,7 @@ fn requirements() -> [KernelRequirements; 3] {
         ..KernelRequirements::default()
     };
     let blended = KernelRequirements {
-        kernels: vec![Blend::Quadratic],
+        blend_kernels: vec![Blend::Quadratic],
         ..least.clone()
     };
     [least, blended, KernelRequirements::all()]
@@ -251,28 +251,31 @@ fn kernels_that_cut_cells_validate() {
     let combinations = memories.map(|memory| [small, large].map(|registers| (memory, registers)));
     for requirements in requirements() {
         for (memory, registers) in combinations.into_iter().flatten() {
-            for method in [CutMethod::Lipschitz, CutMethod::Interval] {
-                let text = cut::kernel(
+            for method in [PruneMethod::Lipschitz, PruneMethod::Interval] {
+                let text = split_cells::kernel(
                     &requirements,
                     registers,
                     ConstantLayout::for_requirements(&requirements),
                     memory,
                     method,
                 );
-                let module = validated_text("cut", &text);
-                assert!(storage(&module) <= cut::STORAGE_BUFFERS as usize);
+                let module = validated_text("split_cells", &text);
+                assert!(storage(&module) <= split_cells::MAX_STORAGE_BUFFERS as usize);
                 assert_eq!(module.entry_points[0].workgroup_size, [64, 1, 1]);
                 check_layout(
                     &module,
-                    "CutParams",
-                    size_of::<CutParams>(),
-                    CutParams::OFFSETS,
+                    "SplitParams",
+                    size_of::<SplitParams>(),
+                    SplitParams::OFFSETS,
                 );
                 check_layout(&module, "CellJob", size_of::<CellJob>(), CellJob::OFFSETS);
             }
         }
     }
-    assert_eq!(storage(&validated_text("cut_plan", &cut::plan())), 3);
+    assert_eq!(
+        storage(&validated_text("plan_split", &split_cells::plan())),
+        3
+    );
 }
 
 /// Compares a struct of a kernel with that of Rust.

@@ -17,7 +17,7 @@ pub(crate) struct RenderSettingsVariant {
     pub(crate) normals: Normals,
     /// Tolerance of simplified shapes, in pixels; `None` where all detail is kept.
     pub(crate) lod: Option<f64>,
-    /// True if space is never cut into cells.
+    /// True if space is never split into cells.
     pub(crate) whole: bool,
 }
 

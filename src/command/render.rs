@@ -8,7 +8,7 @@ use crate::rounding;
 use crate::scene::{BuildArgs, LodArgs};
 use crate::terminal::Terminal;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
-use sdfc_io::png_file::png;
+use sdfc_io::png_encoding::encode_png;
 use sdfc_runtime::engine::Engine;
 use sdfc_runtime::render::{CellMode, Image, Mode, Normals, Occlusion, Tonemap};
 use sdfc_runtime::settings::{MAX_SIDE_PIXELS, Overrides, resolve};
@@ -189,7 +189,7 @@ pub(super) fn draw(
     drop(progress);
     let frame = frame.map_err(engine::to_failure)?;
     let duration = started.elapsed();
-    let bytes = png([frame.width, frame.height], &frame.rgba8()).map_err(Failure::Input)?;
+    let bytes = encode_png([frame.width, frame.height], &frame.rgba8()).map_err(Failure::Input)?;
     output::deliver(Some(to), &bytes, false)?;
     let lod_summary = lod.summary(&scene);
     terminal.write(&summary(to, &frame, engine, duration, &lod_summary));

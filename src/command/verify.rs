@@ -5,7 +5,7 @@ use crate::failure::{Failure, INPUT, on_each};
 use crate::output;
 use crate::scene::{self, BuildArgs};
 use crate::terminal::Terminal;
-use sdfc_io::png_file::png;
+use sdfc_io::png_encoding::encode_png;
 use sdfc_runtime::engine::{Engine, EngineKind};
 use sdfc_runtime::render::RenderSettings;
 use sdfc_runtime::settings::{Overrides, resolve};
@@ -119,7 +119,7 @@ fn write_pictures(
     let [width, height] = report.size.map(|side| side as usize);
     let write = |suffix: &str, rgba: &[u8]| {
         let path = folder.join(format!("{stem}-{suffix}.png"));
-        let bytes = png([width, height], rgba).map_err(Failure::Input)?;
+        let bytes = encode_png([width, height], rgba).map_err(Failure::Input)?;
         output::write(&path, &bytes)?;
         terminal.note(&format!("wrote {}", path.display()));
         Ok(())

@@ -7,7 +7,7 @@ use sdfc_compiler::elaborate::{self, elaborate};
 use sdfc_compiler::passes::PassOptions;
 use sdfc_lang::Sources;
 use sdfc_runtime::cells::{
-    Aabb, CellSpec, Cells, Occupancy, Refine, Subdivision, build, rebuild_after_edit,
+    Aabb, CellSpec, CellSplit, Cells, Occupancy, SplitRule, build, rebuild_after_edit,
 };
 use sdfc_runtime::engine::{Engine, EngineKind, SceneInput, open};
 use sdfc_runtime::render::{CellMode, Image, Mode, RenderSettings, Status};
@@ -204,26 +204,26 @@ fn a_query_of_many_points_answers_as_one_of_few() {
     }
 }
 
-/// Subdivides all cells down to a side length.
+/// Splits all cells down to a side length.
 struct DownToSide(f32);
 
-impl Refine for DownToSide {
+impl SplitRule for DownToSide {
     fn should_split(&self, region: &Aabb, _: usize, _: f32) -> bool {
         region.longest_side() > self.0
     }
 }
 
-/// Returns a cut of the cube between two coordinates on each axis. Only cells that may contain a surface
+/// Returns the cells of the cube between two coordinates on each axis. Only cells that may contain a surface
 /// are kept.
-fn cube([low, high]: [f32; 2], refine: &DownToSide) -> CellSpec<'_> {
+fn cube([low, high]: [f32; 2], rule: &DownToSide) -> CellSpec<'_> {
     CellSpec {
         region: Aabb {
             low: [low; 3],
             high: [high; 3],
         },
-        subdivision: Subdivision::Volume,
+        split: CellSplit::Volume,
         band: 0.0,
-        refine,
+        rule,
     }
 }
 
@@ -235,8 +235,8 @@ fn the_tape_of_a_cell_gives_the_bits_of_the_whole_in_it() {
         compiled.module.update(0.0);
         let program = &compiled.module.distance;
         let tape = Tape::new(program);
-        let cut = cube([-3.1, 3.2], &DownToSide(0.5));
-        let cells = build(program, &tape, &cut);
+        let spec = cube([-3.1, 3.2], &DownToSide(0.5));
+        let cells = build(program, &tape, &spec);
         let mut machine = TapeEvaluator::<f32>::new(tape.values, tape.points);
         let mut run = |clauses: &[Clause], points: [F32x64; 3]| {
             *machine.inputs_mut() = points;
@@ -282,10 +282,10 @@ fn where_nothing_is_kept_the_field_has_the_sign_that_is_claimed() {
     for (name, module) in &fields {
         let program = &module.distance;
         let tape = Tape::new(program);
-        let cut = cube([-3.1, 3.2], &DownToSide(0.3));
-        let cells = build(program, &tape, &cut);
+        let spec = cube([-3.1, 3.2], &DownToSide(0.3));
+        let cells = build(program, &tape, &spec);
         let points = (0..64).flat_map(|seed| {
-            let [x, y, z] = scattered(&cut.region, seed + 1);
+            let [x, y, z] = scattered(&spec.region, seed + 1);
             (0..LANES).map(move |lane| [x.0[lane], y.0[lane], z.0[lane]])
         });
         for point in points {
@@ -463,8 +463,8 @@ fn cells_of_two_thousand_blended_primitives_take_less_than_64_mib() {
     let program = on_large_stack(boxes).distance;
     let tape = Tape::new(&program);
     assert!(tape.clauses.len() >= 2000);
-    let cut = cube([-5.2, 5.2], &DownToSide(10.4 / 64.0 * 1.5));
-    let cells = build(&program, &tape, &cut);
+    let spec = cube([-5.2, 5.2], &DownToSide(10.4 / 64.0 * 1.5));
+    let cells = build(&program, &tape, &spec);
     assert_eq!(cells.over_budget_count(), 0);
     assert!(
         cells.leaves().count() > 20_000,
@@ -478,8 +478,8 @@ fn cells_of_two_thousand_blended_primitives_take_less_than_64_mib() {
     );
     // Smaller cells exceed the memory budget, but not by much.
     let finest = CellSpec {
-        refine: &DownToSide(10.4 / 256.0 * 1.5),
-        ..cut
+        rule: &DownToSide(10.4 / 256.0 * 1.5),
+        ..spec
     };
     let cells = build(&program, &tape, &finest);
     assert!(cells.over_budget_count() > 0);
@@ -494,12 +494,12 @@ fn cells_of_two_thousand_blended_primitives_take_less_than_64_mib() {
 fn moving_one_primitive_makes_only_the_cells_that_it_touches() {
     let [old, new] = [0.0, 0.05].map(|height| on_large_stack(|| balls(height)).distance);
     let [old_tape, new_tape] = [&old, &new].map(Tape::new);
-    let cut = cube([-5.2, 5.2], &DownToSide(0.2));
-    let before = Arc::new(build(&old, &old_tape, &cut));
+    let spec = cube([-5.2, 5.2], &DownToSide(0.2));
+    let before = Arc::new(build(&old, &old_tape, &spec));
     assert_eq!(before.over_budget_count(), 0);
-    let after = rebuild_after_edit(&before, (&old, &old_tape), (&new, &new_tape), &cut)
+    let after = rebuild_after_edit(&before, (&old, &old_tape), (&new, &new_tape), &spec)
         .expect("the edit changes only constants");
-    let anew = build(&new, &new_tape, &cut);
+    let anew = build(&new, &new_tape, &spec);
     assert!(
         after.rebuilt_count() * 5 < anew.rebuilt_count(),
         "{} of {} cells were made",
@@ -523,11 +523,11 @@ fn moving_one_primitive_makes_only_the_cells_that_it_touches() {
     };
     assert!(tapes(&after) == tapes(&anew));
     // An unchanged program keeps all cells; an edit beyond constants keeps none.
-    let unchanged = rebuild_after_edit(&after, (&new, &new_tape), (&new, &new_tape), &cut);
+    let unchanged = rebuild_after_edit(&after, (&new, &new_tape), (&new, &new_tape), &spec);
     assert!(unchanged.is_some_and(|cells| Arc::ptr_eq(&cells, &after)));
     let mut longer = new.clone();
     longer.code.push(longer.code[0]);
-    assert!(rebuild_after_edit(&after, (&new, &new_tape), (&longer, &new_tape), &cut).is_none());
+    assert!(rebuild_after_edit(&after, (&new, &new_tape), (&longer, &new_tape), &spec).is_none());
 }
 
 #[test]

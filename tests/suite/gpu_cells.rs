@@ -611,7 +611,7 @@ fn edit(scene: &str, (mut module, outputs): (Module, Vec<f64>), mode: Mode, divi
     let min_rebuilds = usize::from(divisor > 1);
     assert!(
         (min_rebuilds..EDITS * 2 / 3).contains(&rebuild_count),
-        "{scene}: all was cut anew {rebuild_count} times of {}",
+        "{scene}: all was split anew {rebuild_count} times of {}",
         EDITS - 1
     );
 }

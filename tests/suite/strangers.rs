@@ -23,7 +23,7 @@ use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 /// Size of the pictures.
 const SIZE: [u32; 2] = [96, 72];
 /// Maximum distance in pixels between a pixel and matching content.
-const NEIGHBOUR_RADIUS: isize = 2;
+const MAX_NEIGHBOUR_DISTANCE: isize = 2;
 /// One in this number of scenes is drawn by all engines.
 const ALL_ENGINES_STRIDE: usize = 16;
 /// Length of rays, in units of the camera's distance to the look-at point.
@@ -108,8 +108,8 @@ impl RayTruth {
         let [width, height] = self.size.map(|side| side as isize);
         let (x, y) = (pixel as isize % width, pixel as isize / width);
         let mut outcomes = Vec::new();
-        for dy in -2 * NEIGHBOUR_RADIUS..=2 * NEIGHBOUR_RADIUS {
-            for dx in -2 * NEIGHBOUR_RADIUS..=2 * NEIGHBOUR_RADIUS {
+        for dy in -2 * MAX_NEIGHBOUR_DISTANCE..=2 * MAX_NEIGHBOUR_DISTANCE {
+            for dx in -2 * MAX_NEIGHBOUR_DISTANCE..=2 * MAX_NEIGHBOUR_DISTANCE {
                 let (nx, ny) = (x + dx / 2, y + dy / 2);
                 let is_within = (0..width).contains(&nx) && (0..height).contains(&ny);
                 if is_within && dx % 2 == 0 && dy % 2 == 0 {

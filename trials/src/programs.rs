@@ -5,7 +5,7 @@
 //! arbitrary, so roots of negative numbers and divisions by zero occur.
 
 use crate::random::Random;
-use sdfc_vm::kernel::BlendKernel;
+use sdfc_vm::blend::BlendKernel;
 use sdfc_vm::lanes::F32x64;
 use sdfc_vm::pool::{PoolBuilder, PoolNumber};
 use sdfc_vm::program::{

@@ -3,7 +3,7 @@
 //! WGSL allows its builtins errors as large as 5e-4 in a sine, and devices use this allowance. These bodies
 //! are written once, run on every engine, and give the same bits unless multiplications and additions are
 //! fused. Ranges are reduced by constants in several parts (W. J. Cody and W. Waite, *Software Manual for
-//! the Elementary Functions*, 1980). The kernels on the reduced ranges are Taylor series, truncated where
+//! the Elementary Functions*, 1980). The polynomials on the reduced ranges are Taylor series, truncated where
 //! the next term is below half a unit in the last place. That of the arctangent is a fitted polynomial.
 //!
 //! [`Real`] cannot express integer hashes. They are the intrinsics [`Real::lattice`] and, for noise,
@@ -230,7 +230,7 @@ pub fn edge(cell: [f32; 3], seed: f32) -> [f32; 3] {
 
 /// Returns gradient noise (K. Perlin, *Improving Noise*, SIGGRAPH 2002, with gradients of length one) and
 /// its exact gradient. Its magnitude is at most 1, and its slope is at most
-/// [`NOISE_SLOPE`](crate::interval::NOISE_SLOPE).
+/// [`MAX_NOISE_SLOPE`](crate::interval::MAX_NOISE_SLOPE).
 #[inline(always)]
 pub fn perlin<R: Real>(p: R::Vec3, seed: R) -> (R, R::Vec3) {
     let cell = p.floor().named("cell");

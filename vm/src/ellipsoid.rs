@@ -26,7 +26,7 @@ const MAX_STEPS: usize = 6;
 /// The largest change of `t + r²` by a last step, as a fraction of its value for the smallest radius. A
 /// step leaves the cube of the previous change as its error, and the distance depends on the square of
 /// that.
-const LAST_STEP_FRACTION: f64 = 0.02;
+const MAX_LAST_STEP_FRACTION: f64 = 0.02;
 /// The smallest and the largest factor applied to Newton's step.
 const STEP_RANGE: [f64; 2] = [2.0 / 3.0, 3.0];
 /// The smallest value of `t + r²`, as a fraction of `r²`.
@@ -48,7 +48,7 @@ const MAX_OUTER_SHORTFALL: f64 = 0.99;
 const MAX_EXACT_RATIO: f64 = 1000.0;
 /// The largest shortfall in all cases and for any precision, as a fraction of the distance and the largest
 /// radius: the error left by the last step.
-const STEP_RESIDUAL: f64 = 1e-10;
+const MAX_STEP_RESIDUAL: f64 = 1e-10;
 /// The error of `t` after the last step, as a fraction of `1 + |t|` in units of the largest radius.
 const MULTIPLIER_ERROR: f64 = 4e-6;
 /// The smallest divisor.
@@ -238,7 +238,7 @@ impl<R: Real> NormalizedEllipsoid<R> {
     /// Reports whether a step from `t` to `next` was long enough to require another one.
     #[inline(always)]
     fn needs_step(&self, t: R, next: R) -> R::Bool {
-        let small = (t.min(next) + self.least) * lit(LAST_STEP_FRACTION);
+        let small = (t.min(next) + self.least) * lit(MAX_LAST_STEP_FRACTION);
         small.less((next - t).abs())
     }
 
@@ -321,7 +321,7 @@ fn shortfall<R: Real>(distance: R, r: R::Vec3) -> R {
     let inside = smallest * lit(MAX_INNER_SHORTFALL) * (depth * depth).min(lit(1.0));
     let is_steady = largest.less(smallest * lit(MAX_EXACT_RATIO));
     let outside = distance.max(lit(0.0)) * R::select(is_steady, lit(0.0), lit(MAX_OUTER_SHORTFALL));
-    let left = (distance.abs() + largest) * lit(STEP_RESIDUAL);
+    let left = (distance.abs() + largest) * lit(MAX_STEP_RESIDUAL);
     // A radius below the minimum was replaced by the minimum.
     let thicker = largest * R::select(is_steady, lit(0.0), lit(MIN_RADIUS));
     inside + outside + left + thicker

@@ -3,7 +3,7 @@
 //! An instruction takes four words, in the layout of [`crate::program`]. Decoding returns an equal program,
 //! or an error; it does not verify.
 
-use crate::kernel::BlendKernel;
+use crate::blend::BlendKernel;
 use crate::program::{Code, Destination, Instruction, Operands, PointTransform};
 
 /// The reasons why words are not a program.

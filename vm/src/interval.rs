@@ -167,7 +167,7 @@ fn noise_around_middle<E: End>(
     let value = E::noise(centre, seed.lo);
     // Far from the origin, coordinates are rounded to steps that are not negligible.
     let coarse = (centre.x.abs() + centre.y.abs() + centre.z.abs()) * lit(1e-6);
-    let change = (radius + coarse) * lit(NOISE_STEEPNESS) + lit(slack);
+    let change = (radius + coarse) * lit(MAX_NOISE_STEEPNESS) + lit(slack);
     let is_bounded = (seed.lo == seed.hi) & (change < E::INFINITY);
     let limit = lit::<E>(1.5);
     GenericInterval {
@@ -180,8 +180,8 @@ fn noise_around_middle<E: End>(
 #[inline(always)]
 fn noise_slopes<E: End>() -> V3<GenericInterval<E>> {
     let slope = GenericInterval {
-        lo: lit(-NOISE_SLOPE),
-        hi: lit(NOISE_SLOPE),
+        lo: lit(-MAX_NOISE_SLOPE),
+        hi: lit(MAX_NOISE_SLOPE),
     };
     V3::new(slope, slope, slope)
 }
@@ -382,12 +382,12 @@ impl<E: End> Div for GenericInterval<E> {
 }
 
 /// An upper bound of the noise's slope along an axis, no tighter than in any other direction.
-pub const NOISE_SLOPE: f64 = NOISE_STEEPNESS;
+pub const MAX_NOISE_SLOPE: f64 = MAX_NOISE_STEEPNESS;
 
 /// An upper bound of each second derivative of the noise, for any hash. With the worst gradient direction
 /// at every corner of a cell, they would reach 8.5.
-pub const NOISE_CURVATURE: f64 = 9.0;
+pub const MAX_NOISE_CURVATURE: f64 = 9.0;
 
 /// An upper bound of the length of the noise's gradient, for any hash. In the middle of a cell it could be
 /// 2.652, and a test proves that it never exceeds this bound.
-pub const NOISE_STEEPNESS: f64 = 2.68;
+pub const MAX_NOISE_STEEPNESS: f64 = 2.68;

@@ -8,7 +8,7 @@ mod loops;
 
 pub use loops::{bits, with_identity_jacobian};
 
-use crate::kernel::BlendKernel;
+use crate::blend::BlendKernel;
 use crate::real::Real;
 use crate::table::Op;
 

@@ -4,6 +4,7 @@
 #![warn(missing_docs)]
 
 pub mod apply;
+pub mod blend;
 pub mod bounds;
 pub mod branching;
 pub mod dual;
@@ -15,9 +16,9 @@ pub mod file;
 mod float;
 pub mod guard;
 pub mod interval;
-pub mod kernel;
 pub mod lanes;
 pub mod listing;
+pub mod material_weights;
 mod multiversion;
 pub mod ops;
 pub mod outline;

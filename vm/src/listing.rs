@@ -8,7 +8,7 @@
 //! saves the current one, its point transform, its constant operand, and its blend. A number that depends
 //! on the scene's parameters has the suffix of its uniform result, `0.35@u2`.
 
-use crate::kernel::BlendKernel;
+use crate::blend::BlendKernel;
 use crate::pool::{PoolBuilder, PoolNumber};
 use crate::program::{Code, Destination, Instruction, Operands, PointTransform, Program};
 use std::collections::HashMap;

@@ -31,7 +31,7 @@
 //! The number of values popped and the existence of a result follow from the opcode. They are stored in the
 //! word so that a kernel needs no lookup.
 
-use crate::kernel::BlendKernel;
+use crate::blend::BlendKernel;
 use crate::row::Output;
 use crate::settings::Settings;
 use crate::table::{Op, ROWS};
@@ -323,7 +323,7 @@ pub struct KernelRequirements {
     /// The codes, each once, sorted by number.
     pub codes: Vec<Code>,
     /// The kernels of its blends, each once.
-    pub kernels: Vec<BlendKernel>,
+    pub blend_kernels: Vec<BlendKernel>,
     /// Set if a point transform is a translation.
     pub translates: bool,
     /// Set if a point transform is an affine map.
@@ -339,14 +339,14 @@ pub struct KernelRequirements {
 }
 
 impl KernelRequirements {
-    /// Returns the requirements of any program's tape: all codes and kernels. A tape stores values and
+    /// Returns the requirements of any program's tape: all codes and blend kernels. A tape stores values and
     /// points in registers, so the sizes of stacks and slots stay zero.
     pub fn all() -> Self {
         let mut codes: Vec<Code> = (0..=u8::MAX).filter_map(Code::from_number).collect();
         codes.sort_by_key(|code| code.number());
         Self {
             codes,
-            kernels: BlendKernel::ALL.to_vec(),
+            blend_kernels: BlendKernel::ALL.to_vec(),
             translates: true,
             maps_affinely: true,
             constant_operands: true,
@@ -361,9 +361,9 @@ impl KernelRequirements {
             self.codes.insert(at, i.code);
         }
         if let Destination::Blend { kernel, .. } = i.destination
-            && let Err(at) = self.kernels.binary_search(&kernel)
+            && let Err(at) = self.blend_kernels.binary_search(&kernel)
         {
-            self.kernels.insert(at, kernel);
+            self.blend_kernels.insert(at, kernel);
         }
         self.translates |= matches!(i.transform, PointTransform::Translate(_));
         self.maps_affinely |= matches!(i.transform, PointTransform::Affine(_));
@@ -373,9 +373,9 @@ impl KernelRequirements {
     pub fn covers(&self, other: &Self) -> bool {
         other.codes.iter().all(|code| self.codes.contains(code))
             && other
-                .kernels
+                .blend_kernels
                 .iter()
-                .all(|kernel| self.kernels.contains(kernel))
+                .all(|kernel| self.blend_kernels.contains(kernel))
             && self.translates >= other.translates
             && self.maps_affinely >= other.maps_affinely
             && self.constant_operands >= other.constant_operands
@@ -394,9 +394,9 @@ impl KernelRequirements {
                 joined.codes.insert(at, *code);
             }
         }
-        for kernel in &other.kernels {
-            if let Err(at) = joined.kernels.binary_search(kernel) {
-                joined.kernels.insert(at, *kernel);
+        for kernel in &other.blend_kernels {
+            if let Err(at) = joined.blend_kernels.binary_search(kernel) {
+                joined.blend_kernels.insert(at, *kernel);
             }
         }
         joined.translates |= other.translates;

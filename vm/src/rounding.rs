@@ -22,7 +22,7 @@ mod error_bound;
 
 pub use error_bound::error_bound;
 
-use crate::interval::{Interval, NOISE_CURVATURE, NOISE_SLOPE, NOISE_STEEPNESS};
+use crate::interval::{Interval, MAX_NOISE_CURVATURE, MAX_NOISE_SLOPE, MAX_NOISE_STEEPNESS};
 use crate::real::Real;
 use crate::vector::{V2, V3};
 use std::ops::{Add, Div, Mul, Neg, Sub};
@@ -507,7 +507,7 @@ impl Real for RunningError {
         let inputs = [p.x, p.y, p.z, seed];
         let input_error = inputs[..3].iter().map(|i| i.error * i.error);
         // Noise is continuous, so its slope bound limits the propagated error.
-        let propagated = NOISE_STEEPNESS * input_error.sum::<f64>().sqrt();
+        let propagated = MAX_NOISE_STEEPNESS * input_error.sum::<f64>().sqrt();
         let anything = if seed.error == 0.0 {
             3.0
         } else {
@@ -538,9 +538,9 @@ impl Real for RunningError {
     fn noise_slope(p: V3<Self>, seed: Self) -> V3<Self> {
         let (_, slope) = Self::noise_gradient(p, seed);
         let input_error = [p.x, p.y, p.z].map(|i| i.error * i.error).into_iter();
-        let propagated = NOISE_CURVATURE * (3.0 * input_error.sum::<f64>()).sqrt();
+        let propagated = MAX_NOISE_CURVATURE * (3.0 * input_error.sum::<f64>()).sqrt();
         let anything = if seed.error == 0.0 {
-            2.0 * NOISE_SLOPE
+            2.0 * MAX_NOISE_SLOPE
         } else {
             f64::INFINITY
         };

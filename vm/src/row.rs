@@ -1,7 +1,7 @@
 //! The facts about an operation in its row of the table, besides its body.
 
+use crate::blend::Blend;
 use crate::bounds::Bounds;
-use crate::kernel::Blend;
 
 /// The type of an operation's parameter: a constant of the program, possibly dependent on `param`s.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -1,17 +1,15 @@
 //! Surfaces: the materials that a surface program computes along with its distances.
 //!
-//! Every value of a tape has a material attached. A blend mixes the materials of its operands by its own
-//! derivatives: the weight of an operand is the fraction of the result's slope that comes from it. So a
-//! hard union takes the nearer shape's material, a smooth one has a transition as wide as the shape's, and
-//! equal materials stay equal.
+//! Every value of a tape has a material attached. A blend mixes the materials of its operands by their
+//! weights ([`crate::material_weights`]), so equal materials stay equal.
 
-use crate::apply::{OpResult, apply};
-use crate::dual::{Dual, DualVec3};
-use crate::kernel::BlendKernel;
+use crate::blend::BlendKernel;
+use crate::dual::Dual;
 use crate::lanes::{F32x64, LANES, Lane, Points};
+use crate::material_weights::{MAX_TIE_PER_COORDINATE, blend_weights, operation_weights};
 use crate::multiversion;
 use crate::real::{Real, Vector3};
-use crate::row::{Category, SetOperation};
+use crate::row::Category;
 use crate::table::Op;
 use crate::tape::NO_REGISTER;
 use crate::tape::evaluator::EvalHook;
@@ -78,7 +76,7 @@ impl SurfaceHook {
         self.normals.clone_from(normals);
         for (lane, tie) in self.tie_distances.0.iter_mut().enumerate() {
             let largest = [0, 1, 2].map(|axis| points[axis].0[lane].abs());
-            *tie = largest.into_iter().fold(0.0, f32::max) * TIE_PER_COORDINATE as f32;
+            *tie = largest.into_iter().fold(0.0, f32::max) * MAX_TIE_PER_COORDINATE as f32;
         }
     }
 
@@ -86,54 +84,6 @@ impl SurfaceHook {
     pub fn surface(&mut self) -> &SurfaceBlock {
         self.registers[0].lanes()
     }
-}
-
-/// The largest difference between distances of coincident faces, per unit of the point's largest
-/// coordinate.
-pub const TIE_PER_COORDINATE: f64 = 6e-6;
-
-/// Returns the WGSL line that computes the largest difference between distances of coincident faces at a
-/// point.
-pub fn tie_wgsl(point: &str) -> String {
-    format!(
-        "let tie = max(max(abs({point}.x), abs({point}.y)), abs({point}.z)) * {TIE_PER_COORDINATE};"
-    )
-}
-
-/// Returns the sign of the tie distance that is subtracted from the first value, so that of two coincident
-/// faces the first one is visible: 1 for unions, −1 for intersections and subtractions, 0 for all others.
-pub fn tie_sign(op: Op) -> f64 {
-    match op.row().meta.set {
-        Some(SetOperation::Union) => 1.0,
-        Some(SetOperation::Intersection | SetOperation::Subtraction) => -1.0,
-        None => 0.0,
-    }
-}
-
-/// Returns two duals whose gradients are the unit vectors of the operands. The first one is reduced by
-/// `tie`, a distance, times the steeper operand's slope.
-#[inline(always)]
-fn operand_duals(a: [&F32x64; 4], b: [&F32x64; 4], lane: usize, tie: f32) -> [Dual<f32>; 2] {
-    let slope = |axis: usize| a[axis].0[lane].abs().max(b[axis].0[lane].abs());
-    let steepest = slope(0).max(slope(1)).max(slope(2));
-    let (a, b) = (a[3].0[lane], b[3].0[lane]);
-    [
-        Dual {
-            value: a - tie * steepest,
-            gradient: V3::new(1.0, 0.0, 0.0),
-        },
-        Dual {
-            value: b,
-            gradient: V3::new(0.0, 1.0, 0.0),
-        },
-    ]
-}
-
-/// Returns the second operand's weight, from the derivatives with respect to both.
-#[inline(always)]
-pub fn mix_weight<R: Real>(by_first: R, by_second: R) -> R {
-    let (a, b) = (by_first.abs(), by_second.abs());
-    b / (a + b).max(R::constant(1e-20))
 }
 
 multiversion! {
@@ -152,42 +102,6 @@ fn mix_body(a: &mut SurfaceBlock, b: &SurfaceBlock, weights: &F32x64) {
     for lane in 0..LANES {
         let (x, y) = (a[ID_INDEX].0[lane], b[ID_INDEX].0[lane]);
         a[ID_INDEX].0[lane] = if weights.0[lane] > 0.5 { y } else { x };
-    }
-}
-
-multiversion! {
-    /// Computes the weight of the second operand of a blend, in every lane.
-    fn mix_weights(
-        kernel: BlendKernel, constants: [f32; 4], values: [[&F32x64; 4]; 2], tie_distances: &F32x64,
-        weights: &mut F32x64
-    ) = mix_weights_body;
-}
-
-#[inline(always)]
-fn mix_weights_body(
-    kernel: BlendKernel,
-    constants: [f32; 4],
-    [a, b]: [[&F32x64; 4]; 2],
-    tie_distances: &F32x64,
-    weights: &mut F32x64,
-) {
-    let sign = constants[0];
-    let [s, sb, width, coefficient] = constants.map(Dual::fixed);
-    macro_rules! each {
-        ($kernel:expr) => {
-            for lane in 0..LANES {
-                let [x, y] = operand_duals(a, b, lane, sign * tie_distances.0[lane]);
-                let v = $kernel.blend(x, y, s, sb, width, coefficient);
-                weights.0[lane] = mix_weight(v.gradient.x, v.gradient.y);
-            }
-        };
-    }
-    match kernel {
-        BlendKernel::Hard => each!(BlendKernel::Hard),
-        BlendKernel::Quadratic => each!(BlendKernel::Quadratic),
-        BlendKernel::Cubic => each!(BlendKernel::Cubic),
-        BlendKernel::Circular => each!(BlendKernel::Circular),
-        BlendKernel::Exponential => each!(BlendKernel::Exponential),
     }
 }
 
@@ -214,18 +128,8 @@ impl EvalHook<Dual<f32>> for SurfaceHook {
                 if op.row().meta.category != Category::Combine || alike {
                     return;
                 }
-                let mut weights = F32x64::default();
-                let sign = tie_sign(op) as f32;
-                for lane in 0..LANES {
-                    let tie = sign * self.tie_distances.0[lane];
-                    let [x, y] = operand_duals(a.each_ref(), b.each_ref(), lane, tie);
-                    let values = [x, y, Dual::fixed(0.0)];
-                    // The point is constant here: only the weights of the operands are needed.
-                    let p = DualVec3::fixed(Dual::<f32>::load_point(q, lane).value);
-                    if let OpResult::Value(v) = apply::<Dual<f32>>(op, p, values, constants) {
-                        weights.0[lane] = mix_weight(v.gradient.x, v.gradient.y);
-                    }
-                }
+                let values = [a.each_ref(), b.each_ref()];
+                let weights = operation_weights(op, q, values, constants, &self.tie_distances);
                 let other = &mut self.registers[usize::from(second)];
                 self.result.mix(other, &weights);
             }
@@ -290,7 +194,7 @@ impl EvalHook<Dual<f32>> for SurfaceHook {
         }
         let mut weights = F32x64::default();
         let values = [a.each_ref(), b.each_ref()];
-        mix_weights(kernel, constants, values, &self.tie_distances, &mut weights);
+        blend_weights(kernel, constants, values, &self.tie_distances, &mut weights);
         std::mem::swap(&mut self.blended, &mut self.result);
         self.result.copy_from(first);
         self.result.mix(&mut self.blended, &weights);

@@ -6,9 +6,9 @@
 //! inside for the tests. A row consists of the name, the body, inputs and parameters, the result, and the
 //! facts about the operation. It also converts a call's arguments to the parameters.
 
+use crate::blend::{Blend, BlendKernel};
 use crate::bounds::Bounds;
-use crate::interval::NOISE_STEEPNESS;
-use crate::kernel::{Blend, BlendKernel};
+use crate::interval::MAX_NOISE_STEEPNESS;
 use crate::ops::{prepare, volumes};
 use crate::real::Real;
 use crate::row::{
@@ -877,19 +877,19 @@ macro_rules! for_each_operation {
             };
             /// Gradient noise on a lattice of the spacing 1. It is smooth, zero at lattice points, between −1 and 1, and mostly between −0.5 and 0.5.
             Noise "noise" = math::noise(p: Point; seed: Scalar) -> Value, prepare::identity, OpFacts {
-                slope: Slope::Constant(NOISE_STEEPNESS),
+                slope: Slope::Constant(MAX_NOISE_STEEPNESS),
                 source: "K. Perlin, Improving Noise, 2002",
                 ..LATTICE
             };
             /// The operand plus `amplitude` times noise at `frequency` times the point. Its parameters derive from frequency, amplitude and seed.
             NoiseOctave "noise_octave" = math::noise_octave(acc: Value, p: Point; offset: Vec3, frequency: Scalar, amplitude: Scalar, seed: Scalar) -> Value, prepare::octave, OpFacts {
-                slope: Slope::PlusParams(|a| (a[3] * a[4]).abs() * NOISE_STEEPNESS),
+                slope: Slope::PlusParams(|a| (a[3] * a[4]).abs() * MAX_NOISE_STEEPNESS),
                 source: "K. Perlin, Improving Noise, 2002",
                 ..LATTICE
             };
             /// The operand plus `amplitude` times ridges, 1 − 2·|noise|, at `frequency` times the point. Its parameters derive from frequency, amplitude and seed.
             RidgeOctave "ridge_octave" = math::ridge_octave(acc: Value, p: Point; offset: Vec3, frequency: Scalar, amplitude: Scalar, seed: Scalar) -> Value, prepare::octave, OpFacts {
-                slope: Slope::PlusParams(|a| 2.0 * (a[3] * a[4]).abs() * NOISE_STEEPNESS),
+                slope: Slope::PlusParams(|a| 2.0 * (a[3] * a[4]).abs() * MAX_NOISE_STEEPNESS),
                 source: "F. K. Musgrave, in Texturing and Modeling, 1994",
                 ..LATTICE
             };

@@ -23,7 +23,7 @@
 //! zero, which a tiny absolute error covers.
 
 use crate::ellipsoid::bounds_between;
-use crate::interval::NOISE_STEEPNESS;
+use crate::interval::MAX_NOISE_STEEPNESS;
 use crate::real::{Real, Vector3, lit};
 
 /// The largest magnitude of a bounded end. Products of bounded ends are far from overflowing.
@@ -364,7 +364,7 @@ pub fn noise<R: Real>(p: [WgslInterval<R>; 3], seed: R) -> WgslInterval<R> {
     let value = R::noise(R::Vec3::new(x, y, z), seed);
     // Far from the origin, coordinates are rounded to steps that are not negligible.
     let coarse = (x.abs() + y.abs() + z.abs()) * lit(2e-6);
-    let change = (radius + coarse) * lit(NOISE_STEEPNESS * 1.001) + lit(NOISE_ERROR);
+    let change = (radius + coarse) * lit(MAX_NOISE_STEEPNESS * 1.001) + lit(NOISE_ERROR);
     let limit = lit::<R>(1.5);
     // Unbounded ends make `change` large as well.
     WgslInterval {

@@ -3,9 +3,10 @@
 //! that are called.
 
 use crate::apply::{record_gradient, record_interval, record_value};
+use crate::blend::BlendKernel;
 use crate::dual::Dual;
 use crate::guard::influence_margin_sq;
-use crate::kernel::BlendKernel;
+use crate::material_weights::MIXED_SURFACE_WGSL;
 use crate::prelude;
 use crate::record::{
     BOX_POINT, DUAL_POINT, RecordedFunction, RecordedInterval, Scalar, Vec3, record,
@@ -31,9 +32,9 @@ pub struct WgslLibrary {
     local_normal: bool,
     mixed_surface: bool,
     guard: bool,
-    kernels: BTreeSet<BlendKernel>,
-    kernel_gradients: BTreeSet<BlendKernel>,
-    kernel_intervals: BTreeSet<BlendKernel>,
+    blends: BTreeSet<BlendKernel>,
+    blend_gradients: BTreeSet<BlendKernel>,
+    blend_intervals: BTreeSet<BlendKernel>,
 }
 
 impl WgslLibrary {
@@ -56,14 +57,14 @@ impl WgslLibrary {
             .map(record_value)
             .chain(sorted(&self.gradients).into_iter().map(record_gradient))
             .chain(sorted(&self.intervals).into_iter().map(record_interval))
-            .chain(self.kernels.iter().map(|&kernel| record_blend(kernel)))
+            .chain(self.blends.iter().map(|&kernel| record_blend(kernel)))
             .chain(
-                self.kernel_gradients
+                self.blend_gradients
                     .iter()
                     .map(|&kernel| record_blend_gradient(kernel)),
             )
             .chain(
-                self.kernel_intervals
+                self.blend_intervals
                     .iter()
                     .map(|&kernel| record_blend_interval(kernel)),
             );
@@ -88,7 +89,7 @@ impl WgslLibrary {
             text.push_str(LOCAL_NORMAL);
         }
         if self.mixed_surface {
-            text.push_str(MIXED_SURFACE);
+            text.push_str(MIXED_SURFACE_WGSL);
         }
         if self.mapped {
             text.push_str(MAPPED);
@@ -125,15 +126,15 @@ impl WgslLibrary {
     }
     /// Marks a kernel's blend as called.
     pub fn use_blend(&mut self, kernel: BlendKernel) {
-        self.kernels.insert(kernel);
+        self.blends.insert(kernel);
     }
     /// Marks a kernel's blend with gradients as called.
     pub fn use_blend_gradient(&mut self, kernel: BlendKernel) {
-        self.kernel_gradients.insert(kernel);
+        self.blend_gradients.insert(kernel);
     }
     /// Marks a kernel's blend of intervals as called.
     pub fn use_blend_interval(&mut self, kernel: BlendKernel) {
-        self.kernel_intervals.insert(kernel);
+        self.blend_intervals.insert(kernel);
     }
     /// Marks the affine map of a point as called.
     pub fn use_mapped(&mut self) {
@@ -246,26 +247,6 @@ const LOCAL_NORMAL: &str = "fn local_normal(dx: vec3f, dy: vec3f, dz: vec3f, n: 
     let z = dz.x * n.x + dz.y * n.y + dz.z * n.z;
     let v = vec3f(x, y, z);
     return v * (1.0 / max(length3(v), 1e-30));
-}
-
-";
-
-/// `weights` is a blend's value with the derivatives with respect to its two operands in x and y.
-const MIXED_SURFACE: &str = "fn first_seed(a: vec4f, b: vec4f, tie: f32) -> vec4f {
-    let slopes = max(abs(a.xyz), abs(b.xyz));
-    return vec4f(1.0, 0.0, 0.0, a.w - tie * max(max(slopes.x, slopes.y), slopes.z));
-}
-
-fn mixed_surface(a: Surface, b: Surface, weights: vec4f) -> Surface {
-    let t = abs(weights.y) / max(abs(weights.x) + abs(weights.y), 1e-20);
-    return Surface(
-        a.albedo + (b.albedo - a.albedo) * t,
-        a.roughness + (b.roughness - a.roughness) * t,
-        a.emission + (b.emission - a.emission) * t,
-        a.metallic + (b.metallic - a.metallic) * t,
-        a.bump + (b.bump - a.bump) * t,
-        select(a.id, b.id, t > 0.5),
-    );
 }
 
 ";

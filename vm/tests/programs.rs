@@ -1,9 +1,9 @@
 //! Programs at the limits of the format, and the blocks that guards may skip. Random programs are tested in
 //! `trials`.
 
+use sdfc_vm::blend::BlendKernel;
 use sdfc_vm::encode::{decode, encode};
 use sdfc_vm::file::{FileError, MAX_BYTES, decode_file};
-use sdfc_vm::kernel::BlendKernel;
 use sdfc_vm::listing;
 use sdfc_vm::program::{
     Code, Destination, Instruction, MAX_DEPTH, MAX_GUARDS, MAX_INSTRUCTIONS, MAX_POINTS, MAX_SLOTS,

@@ -60,7 +60,7 @@ struct Cli {
     /// Distance to a surface at which sdfc's rays estimate the root, in halves of a pixel.
     #[arg(long, value_name = "SHARE", default_value_t = RenderSettings::CONE)]
     cone: f64,
-    /// sdfc's engines cut space into no cells, also where they would.
+    /// sdfc's engines split space into no cells, also where they would.
     #[arg(long)]
     no_cells: bool,
     /// Number of pictures of each side, besides a first one that does not count.

@@ -20,7 +20,7 @@ const MAX_BOXES: usize = 1024;
 /// Boxes are halved until they are at most this fraction of their hull.
 const MIN_BOX_FRACTION: f64 = 1.0 / 48.0;
 /// A solid that extends beyond this fraction of the cube counts as infinite.
-const INFINITE_FRACTION: f64 = 0.25;
+const MAX_FINITE_FRACTION: f64 = 0.25;
 
 /// Returns a box outside of which a number of the point is positive, for all `uniform` numbers within
 /// their ranges. Sides beyond the searched cube are infinite.
@@ -274,7 +274,7 @@ impl ExtentSearch<'_> {
             for (side, is_infinite) in open_sides.iter().zip(&mut is_infinite) {
                 let outermost = next
                     .iter()
-                    .find(|b| extends_to(b, *side, INFINITE_FRACTION));
+                    .find(|b| extends_to(b, *side, MAX_FINITE_FRACTION));
                 *is_infinite = *is_infinite
                     || outermost.is_some_and(|b| self.number_at(face_centre(b, *side)) <= 0.0);
             }

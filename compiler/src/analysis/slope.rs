@@ -42,9 +42,9 @@ const MAX_BOXES_WHILE_INFINITE: usize = 512;
 /// Slope from which on a field cannot be marched and counts as unbounded.
 pub const MAX_SLOPE: f64 = 1e15;
 
-/// Ratio of a bound to the steepest sampled slope above which the bound is useless for marching. At the
+/// Maximum ratio of a bound to the steepest sampled slope; a larger bound is useless for marching. At the
 /// default of 3,072 steps, a ray advances no farther than by about three steps with the sampled slope.
-const LOOSE_FACTOR: f64 = 1e3;
+const MAX_SLOPE_RATIO: f64 = 1e3;
 
 /// Number of operations that remain for the bounds of a scene.
 #[derive(Clone, Debug)]
@@ -58,7 +58,7 @@ impl Default for Budget {
 
 /// Returns a bound on the gradients, by the local point, of one number or of several together (the rows
 /// of a Jacobian). It is the Frobenius norm, which is at least the map's stretch. `None` if it is at
-/// least [`MAX_SLOPE`], or too loose to march by ([`LOOSE_FACTOR`]).
+/// least [`MAX_SLOPE`], or too loose to march by ([`MAX_SLOPE_RATIO`]).
 pub(crate) fn slope_bound(
     expressions: &Expressions,
     numbers: &[ExprId],
@@ -168,7 +168,7 @@ pub(crate) fn capped_field(
             &mut budget,
             [MAX_CAPPED_BOXES, MAX_CAPPED_BOXES_WHILE_INFINITE],
         );
-        if slope < MAX_SLOPE && slope <= search.best_lower_bound() * LOOSE_FACTOR {
+        if slope < MAX_SLOPE && slope <= search.best_lower_bound() * MAX_SLOPE_RATIO {
             let slope = Some(slope);
             return Some(CappedField { values, slope });
         }
@@ -183,24 +183,24 @@ pub(crate) fn capped_field(
     })
 }
 
-/// Reports whether a bound is loose, see [`LOOSE_FACTOR`]. Where all samples are flat, it is not known
+/// Reports whether a bound is loose, see [`MAX_SLOPE_RATIO`]. Where all samples are flat, it is not known
 /// to be.
 fn is_loose(bound: f64, search: SlopeSearch, region: &Bounds) -> bool {
     let best_sample = search.best_lower_bound();
-    if bound <= best_sample * LOOSE_FACTOR {
+    if bound <= best_sample * MAX_SLOPE_RATIO {
         return false;
     }
     let samples = search_slopes(search, region);
     let steepest = samples
         .iter()
         .fold(best_sample, |max, (slope, _)| slope.max(max));
-    steepest > 0.0 && bound > steepest * LOOSE_FACTOR
+    steepest > 0.0 && bound > steepest * MAX_SLOPE_RATIO
 }
 
-/// Reports whether a slope is so large that a bound [`LOOSE_FACTOR`] times as large is no bound to
+/// Reports whether a slope is so large that a bound [`MAX_SLOPE_RATIO`] times as large is no bound to
 /// march by.
 pub(crate) fn is_unmarchable(slope: f64) -> bool {
-    slope * LOOSE_FACTOR >= MAX_SLOPE
+    slope * MAX_SLOPE_RATIO >= MAX_SLOPE
 }
 
 /// Number of bisections towards a zero.

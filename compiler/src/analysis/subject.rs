@@ -29,13 +29,15 @@ const MAX_LEVEL: u32 = 8;
 const MIN_PRECISE_LEVEL: u32 = 6;
 /// Maximum distance of a surface from a box that is near it, in sums of the box's sides.
 const MAX_SURFACE_DISTANCE: f64 = 4.0;
-/// Minimum and maximum number of boxes that are evaluated for one direction.
-const BOX_LIMITS: [usize; 2] = [300, 3000];
+/// Minimum number of boxes that are evaluated for one direction, for long programs.
+const MIN_BOXES: usize = 300;
+/// Maximum number of boxes that are evaluated for one direction.
+const MAX_BOXES: usize = 3000;
 /// Maximum number of instructions that are run on boxes for one direction.
 const MAX_INSTRUCTIONS: usize = 150_000;
 /// The search restarts in the outline's box if its half diagonal is at most this fraction of the previous
 /// one.
-const RESTART_RATIO: f64 = 0.7;
+const MAX_RESTART_RATIO: f64 = 0.7;
 /// Maximum number of restarts.
 const MAX_RESTARTS: usize = 4;
 /// Maximum number of box centres from which points of the solid are searched.
@@ -71,7 +73,7 @@ pub(crate) fn outline(program: &Program, bounds: &Bounds) -> Option<Outline> {
             return None;
         }
         let inner_bounds = widest.bounds().intersection(&search.bounds);
-        if inner_bounds.half_diagonal() > search.bounds.half_diagonal() * RESTART_RATIO {
+        if inner_bounds.half_diagonal() > search.bounds.half_diagonal() * MAX_RESTART_RATIO {
             break;
         }
         search = OutlineSearch::new(program, inner_bounds);
@@ -142,13 +144,12 @@ impl Eq for Candidate {}
 
 impl<'a> OutlineSearch<'a> {
     fn new(program: &'a Program, bounds: Bounds) -> Self {
-        let [min, max] = BOX_LIMITS;
         Self {
             program,
             bounds,
             field: PrunedField::new(program),
             evaluated: HashMap::new(),
-            max_boxes: (MAX_INSTRUCTIONS / program.code.len().max(1)).clamp(min, max),
+            max_boxes: (MAX_INSTRUCTIONS / program.code.len().max(1)).clamp(MIN_BOXES, MAX_BOXES),
             is_incomplete: false,
         }
     }

@@ -12,7 +12,7 @@ use sdfc_vm::bounds::Bounds;
 use sdfc_vm::interval::Interval;
 
 /// Minimum size, in units, from which a box may be due to loose intervals.
-const LOOSE_SIZE: f64 = 64.0;
+const MIN_LOOSE_SIZE: f64 = 64.0;
 /// Minimum size of a scene without a subject, in units.
 const MIN_SIZE: f64 = 1.0;
 /// Exponents of the sampled distances from the origin, which are powers of two.
@@ -28,9 +28,9 @@ const AXES: [[f64; 3]; 6] = [
     [0.0, 0.0, 1.0],
     [0.0, 0.0, -1.0],
 ];
-/// Fraction of the largest distance. Values below it there count as those of an infinite shape: a sheet
-/// or a column may pass between the sample points.
-const INFINITE_FRACTION: f64 = 0.05;
+/// Minimum value at the largest distance where no shape is infinite, as a fraction of that distance. Below
+/// it, a sheet or a column may pass between the sample points.
+const MIN_FINITE_FRACTION: f64 = 0.05;
 /// Maximum number of operations.
 const MAX_OPERATIONS: usize = 400_000;
 
@@ -49,7 +49,7 @@ pub(crate) fn scene_size(
             let farthest_corner =
                 |bounds: &Bounds| farthest(bounds.min.into_iter().chain(bounds.max));
             match farthest_corner(&bounds) {
-                Some(distance) if distance > LOOSE_SIZE => sampled_bounds(scene, id, &bounds)
+                Some(distance) if distance > MIN_LOOSE_SIZE => sampled_bounds(scene, id, &bounds)
                     .as_ref()
                     .and_then(farthest_corner),
                 distance => distance,
@@ -107,7 +107,7 @@ fn sampled_radius(scene: &Scene, id: ShapeId) -> Option<f64> {
             let value = range.range_in_box(id, &Bounds { min: p, max: p });
             let is_farthest = power + 1 == DISTANCE_EXPONENTS.end;
             // At a discontinuity of a field the range at a point says nothing.
-            if is_farthest && value.hi < radius * INFINITE_FRACTION {
+            if is_farthest && value.hi < radius * MIN_FINITE_FRACTION {
                 return Some(f64::INFINITY);
             }
             if value.hi < 0.0 {

@@ -3,6 +3,7 @@
 use super::TOUCH_TOLERANCE;
 use super::section::corners;
 use crate::scene::{Scene, ShapeId, ShapeKind};
+use glam::DVec2;
 use sdfc_vm::table::Op;
 
 /// Reports whether a shape is convex. Recursion over nested shapes, whose depth the elaborator bounds.
@@ -29,15 +30,12 @@ pub(super) fn is_convex(scene: &Scene, id: ShapeId) -> bool {
 }
 
 /// Reports whether a polygon turns in one direction at all corners, with winding number ±1.
-fn is_convex_polygon(corners: &[[f64; 2]]) -> bool {
+fn is_convex_polygon(corners: &[DVec2]) -> bool {
     let count = corners.len();
-    let edge = |index: usize| {
-        let ([ax, ay], [bx, by]) = (corners[index % count], corners[(index + 1) % count]);
-        [bx - ax, by - ay]
-    };
+    let edge = |index: usize| corners[(index + 1) % count] - corners[index % count];
     let exterior_angle = |index: usize| {
-        let ([ax, ay], [bx, by]) = (edge(index), edge(index + 1));
-        (ax * by - ay * bx).atan2(ax * bx + ay * by)
+        let (a, b) = (edge(index), edge(index + 1));
+        a.perp_dot(b).atan2(a.dot(b))
     };
     let angles: Vec<f64> = (0..count).map(exterior_angle).collect();
     let sum: f64 = angles.iter().sum();

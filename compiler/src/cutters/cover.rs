@@ -11,6 +11,7 @@ use super::section::{Section, circumscribed_polygon, transform_point};
 use super::{AffineRows, CutterExtension, F32_TOLERANCE, IDENTITY, TOUCH_TOLERANCE, compose};
 use crate::analysis::bounds::inverse;
 use crate::scene::{Scene, ShapeId, ShapeKind};
+use glam::DVec3;
 use sdfc_vm::bounds::Bounds;
 use sdfc_vm::interval::Interval;
 use sdfc_vm::table::Op;
@@ -98,20 +99,22 @@ impl CutterExtension<'_> {
             let corners = near_section.inset_between(&far_section, (end - from) / (to - from));
             for corner in corners {
                 match near_section.is_round {
-                    true if is_round_pair => points.extend([corner, [0.0, corner[1], 0.0]]),
+                    true if is_round_pair => {
+                        points.extend([corner, DVec3::new(0.0, corner.y, 0.0)])
+                    }
                     true => points.extend(circumscribed_polygon(corner)),
                     false if near_section.is_plane && !region.is_ring => {
                         let ends = [region.bounds.min[2] + margin, region.bounds.max[2] - margin];
-                        points.extend(ends.map(|z| [corner[0], corner[1], z]));
+                        points.extend(ends.map(|z| corner.with_z(z)));
                     }
                     false => points.push(corner),
                 }
             }
         }
-        let is_finite = points.iter().flatten().all(|v| v.is_finite());
+        let is_finite = points.iter().all(|p| p.is_finite());
         let size = points
             .iter()
-            .flatten()
+            .flat_map(|p| p.to_array())
             .fold(0.0, |max: f64, v| max.max(v.abs()));
         let scene = &*self.scene;
         let mut uniform = |id| {
@@ -119,9 +122,8 @@ impl CutterExtension<'_> {
             constant.map_or(Interval::ALL, Interval::point)
         };
         let mut range = MappedRange::new(scene, &mut uniform);
-        let mut is_inside = |&p: &[f64; 3]| {
-            range.upper_bound_at(id, transform_point(rows, p)) <= F32_TOLERANCE * size
-        };
+        let mut is_inside =
+            |&p: &DVec3| range.upper_bound_at(id, transform_point(rows, p)) <= F32_TOLERANCE * size;
         (is_finite && points.iter().all(&mut is_inside)).then_some((axis, span))
     }
 
@@ -189,13 +191,13 @@ impl CutterExtension<'_> {
 }
 
 /// The coordinate of points along an axis, if it is common to all.
-fn common_coordinate(points: &[[f64; 3]], axis: usize) -> Option<f64> {
+fn common_coordinate(points: &[DVec3], axis: usize) -> Option<f64> {
     let first = points.first()?[axis];
     let size = points
         .iter()
-        .flatten()
+        .flat_map(|p| p.to_array())
         .fold(0.0, |max: f64, v| max.max(v.abs()));
-    let is_equal = |p: &[f64; 3]| (p[axis] - first).abs() <= TOUCH_TOLERANCE * size;
+    let is_equal = |p: &DVec3| (p[axis] - first).abs() <= TOUCH_TOLERANCE * size;
     points.iter().all(is_equal).then_some(first)
 }
 

@@ -10,6 +10,7 @@ use crate::analysis::bounds::inverse;
 use crate::analysis::shape_range::ShapeRange;
 use crate::expression::ExprId;
 use crate::scene::{NO_EDGE, Scene, SceneRef, ShapeId, ShapeKind};
+use glam::{DVec2, DVec3};
 use sdfc_vm::apply::{OpResult, apply, pack_parameters};
 use sdfc_vm::bounds::Bounds;
 use sdfc_vm::dual::Dual;
@@ -160,8 +161,16 @@ impl<'s, 'u> MappedRange<'s, 'u> {
     }
 
     /// An upper bound of the value of a shape at a point.
-    pub(super) fn upper_bound_at(&mut self, id: ShapeId, p: [f64; 3]) -> f64 {
-        self.range.range_in_box(id, &Bounds { min: p, max: p }).hi
+    pub(super) fn upper_bound_at(&mut self, id: ShapeId, p: DVec3) -> f64 {
+        self.range
+            .range_in_box(
+                id,
+                &Bounds {
+                    min: p.into(),
+                    max: p.into(),
+                },
+            )
+            .hi
     }
 
     fn leaf(&mut self, id: ShapeId, rows: &AffineRows, set: &PointSet) -> Interval {
@@ -201,8 +210,8 @@ impl<'s, 'u> MappedRange<'s, 'u> {
         }
         let constant = |&id| self.scene.expressions.as_constant(id);
         let numbers: Vec<f64> = parameters.iter().map(constant).collect::<Option<_>>()?;
-        let centre = transform_point(rows, bounds.centre());
-        if !centre.iter().all(|v| v.is_finite()) {
+        let centre = transform_point(rows, bounds.centre().into());
+        if !centre.is_finite() {
             return None;
         }
         let coordinate = |axis: usize| {
@@ -238,18 +247,14 @@ impl<'s, 'u> MappedRange<'s, 'u> {
 }
 
 /// A range with the sign of a polygon's values in a box: of one sign if no edge meets the box.
-fn polygon_sign_range(
-    corners: &[[f64; 2]],
-    rows: &AffineRows,
-    bounds: &Bounds,
-) -> Option<Interval> {
+fn polygon_sign_range(corners: &[DVec2], rows: &AffineRows, bounds: &Bounds) -> Option<Interval> {
     let is_upright = [rows[0][2], rows[1][2], rows[2][0], rows[2][1]];
     if is_upright.iter().any(|&factor| factor != 0.0) {
         return None;
     }
     let inverse_rows = inverse(rows.as_flattened())?;
-    let to_box_frame = |&[x, y]: &[f64; 2]| transform_point(&inverse_rows, [x, y, 0.0]);
-    let corners: Vec<[f64; 3]> = corners.iter().map(to_box_frame).collect();
+    let to_box_frame = |corner: &DVec2| transform_point(&inverse_rows, corner.extend(0.0));
+    let corners: Vec<DVec3> = corners.iter().map(to_box_frame).collect();
     let centre = bounds.centre();
     let mut is_inside = false;
     for (index, &a) in corners.iter().enumerate() {
@@ -257,8 +262,8 @@ fn polygon_sign_range(
         if segment_crosses_box(a, b, bounds) {
             return Some(Interval::ALL);
         }
-        if (a[1] > centre[1]) != (b[1] > centre[1]) {
-            let x = a[0] + (b[0] - a[0]) * (centre[1] - a[1]) / (b[1] - a[1]);
+        if (a.y > centre[1]) != (b.y > centre[1]) {
+            let x = a.x + (b.x - a.x) * (centre[1] - a.y) / (b.y - a.y);
             is_inside ^= centre[0] < x;
         }
     }
@@ -275,7 +280,7 @@ fn polygon_sign_range(
 }
 
 /// Reports whether a line segment meets a box in the plane.
-fn segment_crosses_box(a: [f64; 3], b: [f64; 3], bounds: &Bounds) -> bool {
+fn segment_crosses_box(a: DVec3, b: DVec3, bounds: &Bounds) -> bool {
     let (mut first, mut last) = (0.0_f64, 1.0_f64);
     for axis in 0..2 {
         let (min, max, direction) = (bounds.min[axis], bounds.max[axis], b[axis] - a[axis]);

@@ -7,6 +7,7 @@ use super::free_space::GrowingPart;
 use super::section::{Section, corners};
 use super::{AffineRows, CutContext, CutterExtension, IDENTITY, PathStep, TOUCH_TOLERANCE, scale};
 use crate::scene::{ShapeId, ShapeKind};
+use glam::DVec2;
 use sdfc_vm::bounds::Bounds;
 
 /// Maximum number of corners of a polygon whose edges are moved.
@@ -14,36 +15,34 @@ const MAX_CORNERS: usize = 200;
 /// Maximum number of edges of a polygon that are tried, the longest first.
 const MAX_EDGES: usize = 24;
 
-type PolygonPoint = [f64; 2];
-
 /// An edge that can be moved outwards.
 struct Edge {
-    ends: [PolygonPoint; 2],
+    ends: [DVec2; 2],
     /// Outward unit normal.
-    normal: PolygonPoint,
+    normal: DVec2,
     /// Displacement of each end per unit outwards.
-    end_directions: [PolygonPoint; 2],
+    end_directions: [DVec2; 2],
     /// Distance at which both ends meet; infinite if they do not.
     tip_distance: f64,
 }
 
 impl Edge {
     /// An edge of a simple counterclockwise polygon whose adjacent edges lead outwards.
-    fn new(points: &[PolygonPoint], index: usize) -> Option<Self> {
+    fn new(points: &[DVec2], index: usize) -> Option<Self> {
         let count = points.len();
         let [previous, a, b, following] =
             [count - 1, 0, 1, 2].map(|step| points[(index + step) % count]);
-        let edge = difference(b, a);
-        let length = edge[0].hypot(edge[1]);
-        let normal = [edge[1] / length, -edge[0] / length];
-        let direction = |from: PolygonPoint, to: PolygonPoint| {
-            let delta = difference(to, from);
-            let rise = dot(delta, normal);
-            let is_outward = rise > 1e-3 * delta[0].hypot(delta[1]);
-            is_outward.then(|| delta.map(|v| v / rise))
+        let edge = b - a;
+        let length = edge.x.hypot(edge.y);
+        let normal = DVec2::new(edge.y / length, -edge.x / length);
+        let direction = |from: DVec2, to: DVec2| {
+            let delta = to - from;
+            let rise = delta.dot(normal);
+            let is_outward = rise > 1e-3 * delta.x.hypot(delta.y);
+            is_outward.then(|| delta / rise)
         };
         let directions = [direction(previous, a)?, direction(following, b)?];
-        let narrowing = dot(difference(directions[0], directions[1]), edge) / length;
+        let narrowing = (directions[0] - directions[1]).dot(edge) / length;
         let tip = if narrowing > 1e-12 {
             length / narrowing
         } else {
@@ -58,14 +57,8 @@ impl Edge {
     }
 
     /// Both ends, moved outwards by a distance.
-    fn moved_ends(&self, distance: f64) -> [PolygonPoint; 2] {
-        let moved = |end: PolygonPoint, direction: PolygonPoint| {
-            [
-                end[0] + direction[0] * distance,
-                end[1] + direction[1] * distance,
-            ]
-        };
-        let [a, b] = [0, 1].map(|i| moved(self.ends[i], self.end_directions[i]));
+    fn moved_ends(&self, distance: f64) -> [DVec2; 2] {
+        let [a, b] = [0, 1].map(|i| self.ends[i] + self.end_directions[i] * distance);
         // At the tip, both ends are equal regardless of rounding.
         if distance >= self.tip_distance {
             [a, a]
@@ -78,19 +71,18 @@ impl Edge {
     fn frame(&self) -> AffineRows {
         let (n, origin) = (self.normal, self.ends[0]);
         let mut rows = IDENTITY;
-        rows[0] = [n[0], -n[1], 0.0, origin[0]];
-        rows[1] = [n[1], n[0], 0.0, origin[1]];
+        rows[0] = [n.x, -n.y, 0.0, origin.x];
+        rows[1] = [n.y, n.x, 0.0, origin.y];
         rows
     }
 
     /// Coordinate of a point along the edge.
-    fn coordinate_along(&self, p: PolygonPoint) -> f64 {
-        let p = difference(p, self.ends[0]);
-        p[1] * self.normal[0] - p[0] * self.normal[1]
+    fn coordinate_along(&self, p: DVec2) -> f64 {
+        self.normal.perp_dot(p - self.ends[0])
     }
 
     /// Bounding box of points in the frame of the edge, between two distances outwards.
-    fn bounds(&self, points: &[PolygonPoint], [from, to]: [f64; 2]) -> Bounds {
+    fn bounds(&self, points: &[DVec2], [from, to]: [f64; 2]) -> Bounds {
         let positions = points.iter().map(|&p| self.coordinate_along(p));
         Bounds {
             min: [
@@ -144,8 +136,8 @@ impl CutterExtension<'_> {
                 let shapes = this.scene.shapes.len();
                 let candidate = this.add_polygon(id, &new);
                 let moved = edge.moved_ends(distance);
-                let section = |points: [PolygonPoint; 2]| Section {
-                    points: points.map(|[x, y]| [x, y, 0.0]).to_vec(),
+                let section = |points: [DVec2; 2]| Section {
+                    points: points.map(|p| p.extend(0.0)).to_vec(),
                     is_round: false,
                     is_plane: true,
                 };
@@ -176,12 +168,12 @@ impl CutterExtension<'_> {
     fn edge_protrudes(
         &mut self,
         id: ShapeId,
-        points: &[PolygonPoint],
+        points: &[DVec2],
         edge: &Edge,
         max_step: f64,
         (path, cut): (&[PathStep], &CutContext),
     ) -> bool {
-        let depth = |&p: &PolygonPoint| -dot(difference(p, edge.ends[0]), edge.normal);
+        let depth = |&p: &DVec2| -(p - edge.ends[0]).dot(edge.normal);
         if points.iter().map(depth).fold(0.0, f64::max) <= max_step {
             return false;
         }
@@ -197,73 +189,64 @@ impl CutterExtension<'_> {
     }
 
     /// Adds a polygon, with the name and the span of another shape.
-    fn add_polygon(&mut self, like: ShapeId, points: &[PolygonPoint]) -> ShapeId {
+    fn add_polygon(&mut self, like: ShapeId, points: &[DVec2]) -> ShapeId {
         let expressions = &mut self.scene.expressions;
-        let corner = |p: &PolygonPoint| p.map(|v| expressions.constant(v));
+        let corner = |p: &DVec2| p.to_array().map(|v| expressions.constant(v));
         let points = points.iter().map(corner).collect();
         self.scene.derived(like, ShapeKind::Polygon { points })
     }
 }
 
-fn difference(a: PolygonPoint, b: PolygonPoint) -> PolygonPoint {
-    [a[0] - b[0], a[1] - b[1]]
-}
-
-fn dot(a: PolygonPoint, b: PolygonPoint) -> f64 {
-    a[0] * b[0] + a[1] * b[1]
-}
-
 /// Twice the signed area of a triangle, positive if counterclockwise.
-fn signed_double_area(a: PolygonPoint, b: PolygonPoint, c: PolygonPoint) -> f64 {
-    let (u, v) = (difference(b, a), difference(c, a));
-    u[0] * v[1] - u[1] * v[0]
+fn signed_double_area(a: DVec2, b: DVec2, c: DVec2) -> f64 {
+    (b - a).perp_dot(c - a)
 }
 
 /// The longest edges of a polygon, in descending order.
-fn longest_edges(points: &[PolygonPoint]) -> Vec<[PolygonPoint; 2]> {
+fn longest_edges(points: &[DVec2]) -> Vec<[DVec2; 2]> {
     let count = points.len();
-    let mut edges: Vec<[PolygonPoint; 2]> = (0..count)
+    let mut edges: Vec<[DVec2; 2]> = (0..count)
         .map(|index| [points[index], points[(index + 1) % count]])
         .collect();
-    let length = |[a, b]: &[PolygonPoint; 2]| dot(difference(*b, *a), difference(*b, *a));
+    let length = |[a, b]: &[DVec2; 2]| (*b - *a).dot(*b - *a);
     edges.sort_by(|a, b| length(b).total_cmp(&length(a)));
     edges.truncate(MAX_EDGES);
     edges
 }
 
 /// Reports whether an edge of a polygon contains another one, along which it may have been prolonged.
-fn contains_edge(points: &[PolygonPoint], index: usize, [a, b]: [PolygonPoint; 2]) -> bool {
+fn contains_edge(points: &[DVec2], index: usize, [a, b]: [DVec2; 2]) -> bool {
     let (c, d) = (points[index], points[(index + 1) % points.len()]);
     let size = max_coordinate(&[a, b, c, d]);
     let tolerance = TOUCH_TOLERANCE * size * size;
     let is_line = signed_double_area(a, b, c).abs() <= tolerance
         && signed_double_area(a, b, d).abs() <= tolerance;
     // An edge is only prolonged before it is moved itself.
-    let ends = [a, b].map(|p| dot(difference(p, a), difference(d, c)));
-    let own_ends = [c, d].map(|p| dot(difference(p, a), difference(d, c)));
+    let ends = [a, b].map(|p| (p - a).dot(d - c));
+    let own_ends = [c, d].map(|p| (p - a).dot(d - c));
     is_line
         && own_ends[0] <= ends[0].min(ends[1]) + tolerance
         && own_ends[1] >= ends[0].max(ends[1]) - tolerance
 }
 
 /// The largest coordinate, in magnitude.
-fn max_coordinate(points: &[PolygonPoint]) -> f64 {
+fn max_coordinate(points: &[DVec2]) -> f64 {
     points
         .iter()
-        .flatten()
+        .flat_map(|p| p.to_array())
         .fold(0.0, |max: f64, v| max.max(v.abs()))
 }
 
 /// The corners of a simple polygon in counterclockwise order, without corners in the middle of a straight
 /// side.
-fn simplified_corners(points: &[PolygonPoint]) -> Option<Vec<PolygonPoint>> {
+fn simplified_corners(points: &[DVec2]) -> Option<Vec<DVec2>> {
     let tolerance = TOUCH_TOLERANCE * max_coordinate(points).powi(2);
-    let mut kept: Vec<PolygonPoint> = Vec::with_capacity(points.len());
+    let mut kept: Vec<DVec2> = Vec::with_capacity(points.len());
     for (index, &p) in points.iter().enumerate() {
         let previous = kept.last().copied().unwrap_or(points[points.len() - 1]);
         let next = points[(index + 1) % points.len()];
         let is_corner = signed_double_area(previous, p, next).abs() > tolerance
-            || dot(difference(p, previous), difference(next, p)) < 0.0;
+            || (p - previous).dot(next - p) < 0.0;
         if is_corner {
             kept.push(p);
         }
@@ -281,11 +264,7 @@ fn simplified_corners(points: &[PolygonPoint]) -> Option<Vec<PolygonPoint>> {
 }
 
 /// Moves an edge of a polygon, if it stays simple; an edge of length 0 becomes one corner.
-fn with_moved_edge(
-    points: &[PolygonPoint],
-    index: usize,
-    [a, b]: [PolygonPoint; 2],
-) -> Option<Vec<PolygonPoint>> {
+fn with_moved_edge(points: &[DVec2], index: usize, [a, b]: [DVec2; 2]) -> Option<Vec<DVec2>> {
     let count = points.len();
     let mut new = points.to_vec();
     (new[index], new[(index + 1) % count]) = (a, b);
@@ -296,7 +275,7 @@ fn with_moved_edge(
 }
 
 /// Reports whether no two edges of a polygon meet except at common corners.
-fn is_simple(points: &[PolygonPoint]) -> bool {
+fn is_simple(points: &[DVec2]) -> bool {
     let count = points.len();
     let end = |index: usize| points[(index + 1) % count];
     let is_apart = |i: usize, j: usize| {
@@ -305,7 +284,7 @@ fn is_simple(points: &[PolygonPoint]) -> bool {
     };
     let is_turning = |index: usize| {
         let (a, b, c) = (points[index], end(index), end((index + 1) % count));
-        signed_double_area(a, b, c) != 0.0 || dot(difference(b, a), difference(c, b)) > 0.0
+        signed_double_area(a, b, c) != 0.0 || (b - a).dot(c - b) > 0.0
     };
     count >= 3
         && (0..count).all(is_turning)
@@ -313,9 +292,9 @@ fn is_simple(points: &[PolygonPoint]) -> bool {
 }
 
 /// Reports whether two segments meet or nearly touch.
-fn segments_meet([a, b]: [PolygonPoint; 2], [c, d]: [PolygonPoint; 2]) -> bool {
+fn segments_meet([a, b]: [DVec2; 2], [c, d]: [DVec2; 2]) -> bool {
     let tolerance = TOUCH_TOLERANCE * max_coordinate(&[a, b, c, d]).powi(2);
-    let is_on_one_side = |[a, b]: [PolygonPoint; 2], [c, d]: [PolygonPoint; 2]| {
+    let is_on_one_side = |[a, b]: [DVec2; 2], [c, d]: [DVec2; 2]| {
         let (first, second) = (signed_double_area(a, b, c), signed_double_area(a, b, d));
         first.min(second) > tolerance || first.max(second) < -tolerance
     };

@@ -73,8 +73,10 @@ impl SlopedSolid {
         let (r, y) = (self.radii[upper], self.heights[upper]);
         let is_round = self.op != Op::Pyramid;
         let points = match is_round {
-            true => vec![[r, y, 0.0]],
-            false => vec![[r, y, r], [r, y, -r], [-r, y, r], [-r, y, -r]],
+            true => vec![DVec3::new(r, y, 0.0)],
+            false => [[r, y, r], [r, y, -r], [-r, y, r], [-r, y, -r]]
+                .map(DVec3::from)
+                .to_vec(),
         };
         Section {
             points: points
@@ -176,7 +178,7 @@ impl CutterExtension<'_> {
     fn add_solid(&mut self, like: ShapeId, solid: &SlopedSolid) -> ShapeId {
         let [bottom, top] = solid.radii;
         let [low, high] = solid.heights;
-        let point_at = |y: f64| transform_point(&solid.frame, [0.0, y, 0.0]);
+        let point_at = |y: f64| transform_point(&solid.frame, DVec3::new(0.0, y, 0.0)).to_array();
         let numbers = match solid.op {
             Op::Cone => prepare(Op::Cone, &[bottom, top, high - low]),
             Op::Pyramid => prepare(Op::Pyramid, &[2.0 * bottom, high - low]),

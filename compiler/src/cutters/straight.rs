@@ -4,6 +4,7 @@ use super::free_space::GrowingPart;
 use super::section::{Section, outline};
 use super::{CutContext, CutterExtension, EXTENSION_FRACTIONS, IDENTITY, PathStep, scale};
 use crate::scene::{ShapeId, ShapeKind};
+use glam::DVec3;
 use sdfc_vm::bounds::Bounds;
 use sdfc_vm::row::Flat;
 use sdfc_vm::table::Op;
@@ -171,8 +172,8 @@ impl CutterExtension<'_> {
         (axis, near, far): (usize, f64, f64),
     ) -> [Section; 2] {
         let is_plane = self.scene.shapes[id.0 as usize].plane;
-        let section_at = |end: f64, points: Vec<[f64; 3]>, is_round: bool| {
-            let at_end = |mut point: [f64; 3]| {
+        let section_at = |end: f64, points: Vec<DVec3>, is_round: bool| {
+            let at_end = |mut point: DVec3| {
                 point[axis] = end;
                 point
             };
@@ -185,22 +186,22 @@ impl CutterExtension<'_> {
         let (points, is_round) = match self.kind(id) {
             ShapeKind::Primitive {
                 op: Op::Cylinder, ..
-            } => (vec![[bounds.max[0], 0.0, 0.0]], true),
+            } => (vec![DVec3::new(bounds.max[0], 0.0, 0.0)], true),
             ShapeKind::Distance {
                 op: Op::Extrude,
                 child,
                 ..
             } => match outline(self.scene, *child) {
                 Some(points) => (points, false),
-                None => (bounds.corners().to_vec(), false),
+                None => (bounds.corners().map(DVec3::from).to_vec(), false),
             },
-            _ => (bounds.corners().to_vec(), false),
+            _ => (bounds.corners().map(DVec3::from).to_vec(), false),
         };
-        let flattened = |point: &[f64; 3]| match is_plane {
-            true => [point[0], point[1], 0.0],
+        let flattened = |point: &DVec3| match is_plane {
+            true => point.with_z(0.0),
             false => *point,
         };
-        let points: Vec<[f64; 3]> = points.iter().map(flattened).collect();
+        let points: Vec<DVec3> = points.iter().map(flattened).collect();
         [
             section_at(near, points.clone(), is_round),
             section_at(far, points, is_round),

@@ -23,8 +23,8 @@ use sdfc_vm::bounds::Bounds;
 use sdfc_vm::table::{Op, prepare};
 use std::collections::HashSet;
 
-/// Ratio up to which a bound counts as one, for rounding.
-const UNIT_TOLERANCE: f64 = 1.0 + 1e-9;
+/// Maximum ratio by which a bound that counts as one exceeds it, for rounding.
+const MAX_UNIT_RATIO: f64 = 1.0 + 1e-9;
 /// Distance that exceeds the length of any ray, but can still be scaled.
 const FAR_DISTANCE: f32 = 1e9;
 /// Minimum slope: a flatter shape has no surface that `f32` could find.
@@ -499,5 +499,5 @@ fn fit_power_law(growth: &[Cube], inner_slope: f64) -> (f64, f64) {
 
 /// Reports whether a bound is one up to rounding.
 fn is_unit_slope(slope: f64) -> bool {
-    (1.0 / UNIT_TOLERANCE..=UNIT_TOLERANCE).contains(&slope)
+    (1.0 / MAX_UNIT_RATIO..=MAX_UNIT_RATIO).contains(&slope)
 }

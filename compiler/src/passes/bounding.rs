@@ -2,7 +2,7 @@
 //! After: long unions and subtractions are [`GraphNode::Chain`]s with guards among their steps; hard ones
 //! are in another order. The value is the same in every bit, but for the sign of zeros.
 //!
-//! A union requires an operand where it is at most as far as the value so far; with a kernel, at most
+//! A union requires an operand where it is at most as far as the value so far; with a blend kernel, at most
 //! that plus the kernel's width. A subtraction requires the subtracted operand where the point is
 //! deeper inside the value so far than it is away from that operand. So an influence box around an
 //! operand, from which its value keeps its distance (`influence.rs`), determines where it can be skipped.
@@ -34,7 +34,7 @@ const MAX_NESTED_GUARDS: usize = 12;
 /// `f32`.
 const BOX_MARGIN: f64 = 1.0 / 8192.0;
 /// Coordinate from which on a side counts as infinite; its square is finite in `f32`.
-const INFINITE_COORDINATE: f64 = 1e15;
+const MIN_INFINITE_COORDINATE: f64 = 1e15;
 
 /// Returns the graph with guards.
 pub fn bounding(graph: &Graph, context: &Context) -> PassOutput {
@@ -174,7 +174,7 @@ fn plan(
 fn can_skip_points(volume: &NodeInfluenceBox) -> bool {
     let b = &volume.bounds;
     let is_bounded =
-        |i: &usize| b.min[*i] > -INFINITE_COORDINATE && b.max[*i] < INFINITE_COORDINATE;
+        |i: &usize| b.min[*i] > -MIN_INFINITE_COORDINATE && b.max[*i] < MIN_INFINITE_COORDINATE;
     (0..3).filter(is_bounded).count() >= 2
 }
 
@@ -188,10 +188,10 @@ fn guard_numbers(volume: &NodeInfluenceBox, sign: f64, support: f64) -> [GraphNu
     let margin = (volume.max_coordinate + radius) * BOX_MARGIN + f64::from(f32::EPSILON);
     let b = volume.bounds.grown(margin);
     let side = |i: usize| {
-        let is_bounded = b.min[i] > -INFINITE_COORDINATE && b.max[i] < INFINITE_COORDINATE;
+        let is_bounded = b.min[i] > -MIN_INFINITE_COORDINATE && b.max[i] < MIN_INFINITE_COORDINATE;
         match is_bounded {
             true => ((b.min[i] + b.max[i]) / 2.0, (b.max[i] - b.min[i]) / 2.0),
-            false => (0.0, INFINITE_COORDINATE),
+            false => (0.0, MIN_INFINITE_COORDINATE),
         }
     };
     let [x, y, z] = [0, 1, 2].map(side);

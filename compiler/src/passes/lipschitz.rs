@@ -18,8 +18,8 @@ use slopes::GraphSlopes;
 
 /// Minimum improvement of a bound, as a factor.
 const MIN_IMPROVEMENT: f64 = 1.0 + 1e-3;
-/// Factor up to which a bound counts as one, for rounding.
-const UNIT_TOLERANCE: f64 = 1.0 + 1e-5;
+/// Maximum bound that counts as one, for rounding.
+const MAX_UNIT_RATIO: f64 = 1.0 + 1e-5;
 
 /// Returns the graph with the divisions that are necessary.
 pub fn lipschitz(graph: &Graph, _: &Context) -> PassOutput {
@@ -37,7 +37,7 @@ pub fn lipschitz(graph: &Graph, _: &Context) -> PassOutput {
             return to.add(node);
         }
         longest = longest.max(1.0 / (factor * bound));
-        if bound < UNIT_TOLERANCE {
+        if bound < MAX_UNIT_RATIO {
             dropped += 1;
             return inner;
         }
@@ -81,7 +81,7 @@ fn field_division(node: &GraphNode) -> Option<(NodeId, f64)> {
     }
 }
 
-/// Reports for each node whether a user depends on its magnitude and not only on comparisons: a kernel,
+/// Reports for each node whether a user depends on its magnitude and not only on comparisons: a blend kernel,
 /// an offset, arithmetic, a scale that is multiplied back.
 fn magnitude_sensitive(graph: &Graph) -> Vec<bool> {
     let mut is_magnitude_used = vec![false; graph.len()];

@@ -4,7 +4,7 @@
 //!
 //! **The value changes**, but everywhere by at most the tolerance times the footprint of a pixel there.
 //! The footprint is taken at the point nearest to the camera at which a change can move the surface.
-//! Its distance from the changed node is at most the range of the kernels and offsets above
+//! Its distance from the changed node is at most the range of the blends and offsets above
 //! (`sensitivity.rs`). Errors are measured in pixels. Those below a node count at their largest, since
 //! no operation here enlarges the larger of its operands' changes; changes above are added.
 //!

@@ -12,7 +12,7 @@ use sdfc_vm::program::Program;
 /// Number of points at which two sets are compared.
 const POINTS: u32 = 20_000;
 /// Maximum value of a point that may be on either side of a surface.
-const ON_SURFACE: f64 = 1e-6;
+const MAX_SURFACE_VALUE: f64 = 1e-6;
 
 fn program(text: &str) -> Program {
     let (compiled, _) = compile(scene(text), &Options::default());
@@ -242,7 +242,7 @@ fn prolonged_walls_leave_the_set_as_it_is() {
                 evaluate_f64(&body_alone, point).max(-evaluate_f64(&cutter_alone, point));
             let value = evaluate_f64(&cut, point);
             assert!(
-                expected.abs() < ON_SURFACE || value * expected > 0.0,
+                expected.abs() < MAX_SURFACE_VALUE || value * expected > 0.0,
                 "({body}) - ({cutter})\n{value} at {point:?}, not {expected}"
             );
         }

@@ -18,11 +18,11 @@ use sdfc_runtime::engine::FieldSample;
 const MAX_SLOPE: f32 = 1.0;
 /// Maximum rounding error of a gradient in `f32`, relative to the bound. The gradient is a sum of slopes
 /// none of which is much larger than the bound.
-const GRADIENT_ROUNDING: f32 = 1e-3;
+const MAX_GRADIENT_ROUNDING: f32 = 1e-3;
 /// Maximum rounding error of a value in `f32`, relative to its coordinates and to itself.
-const VALUE_ROUNDING: f32 = 4e-6;
+const MAX_VALUE_ROUNDING: f32 = 4e-6;
 /// Slopes below this fraction of the bound slow rays down.
-const SLOW_FRACTION: f32 = 0.5;
+const MAX_SLOW_FRACTION: f32 = 0.5;
 
 /// Classification of a slope with respect to its bound.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -45,9 +45,9 @@ impl SlopeClass {
         let gradient_length = gradient_length(sample);
         if !gradient_length.is_finite() || !sample.distance.is_finite() {
             Self::Unknown
-        } else if gradient_length > MAX_SLOPE * (1.0 + GRADIENT_ROUNDING) {
+        } else if gradient_length > MAX_SLOPE * (1.0 + MAX_GRADIENT_ROUNDING) {
             Self::Steep
-        } else if gradient_length < MAX_SLOPE * SLOW_FRACTION {
+        } else if gradient_length < MAX_SLOPE * MAX_SLOW_FRACTION {
             Self::Slow
         } else {
             Self::Good
@@ -155,7 +155,7 @@ fn is_discontinuous([a, b]: [([f32; 3], FieldSample); 2]) -> bool {
     let difference = (a.1.distance - b.1.distance).abs();
     let numbers = a.0.iter().chain(&b.0).chain([&a.1.distance, &b.1.distance]);
     let largest = numbers.fold(0.0_f32, |max, v| max.max(v.abs()));
-    difference > MAX_SLOPE * distance * (1.0 + GRADIENT_ROUNDING) + largest * VALUE_ROUNDING
+    difference > MAX_SLOPE * distance * (1.0 + MAX_GRADIENT_ROUNDING) + largest * MAX_VALUE_ROUNDING
 }
 
 /// Opacity of a mark.

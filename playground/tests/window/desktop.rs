@@ -243,7 +243,7 @@ fn save_screen(screen: &Screen, what: &str) -> PathBuf {
         .map(|c| if c.is_alphanumeric() { c } else { '-' })
         .collect();
     let path = std::env::temp_dir().join(format!("sdfc-window-{name}.png"));
-    let bytes = sdfc_io::png_file::png(SIZE, &screen.rgba()).expect("a picture");
+    let bytes = sdfc_io::png_encoding::encode_png(SIZE, &screen.rgba()).expect("a picture");
     fs::write(&path, bytes).expect("a file");
     path
 }

@@ -1,10 +1,8 @@
 //! Building cells, level by level, on all cores.
 
-use super::{
-    Aabb, CELL, CHILDREN, Cell, CellNode, Cells, EMPTY, FULL, NODE, Subdivision, TapeRange,
-};
+use super::{Aabb, CELL, CHILDREN, Cell, CellNode, CellSplit, Cells, EMPTY, FULL, NODE, TapeRange};
 use crate::work_stealing::parallel_map_with;
-use sdfc_shaders::interpreter::cut::MAX_STALLED_LEVELS;
+use sdfc_shaders::interpreter::split_cells::MAX_STALLED_LEVELS;
 use sdfc_vm::dual::Dual;
 use sdfc_vm::interval::FloatInterval;
 use sdfc_vm::lanes::{F32x64, LANES};
@@ -16,42 +14,42 @@ use sdfc_vm::tape::trace::Tracer;
 use sdfc_vm::tape::{Clause, Tape};
 use std::sync::Arc;
 
-/// Maximum number of cells. Cells that are not subdivided because of it keep their tapes.
+/// Maximum number of cells. Cells that are not split because of it keep their tapes.
 const MAX_CELLS: usize = 400_000;
 /// Maximum number of clauses of all tapes together.
 pub(super) const MAX_CLAUSES: usize = 6_000_000;
 
-/// Decides which cells are subdivided.
-pub trait Refine: Sync {
-    /// Reports whether to subdivide a cell whose tape has `clauses` clauses. In all of it the absolute value
+/// Decides which cells are split.
+pub trait SplitRule: Sync {
+    /// Reports whether to split a cell whose tape has `clauses` clauses. In all of it the absolute value
     /// of the field is at least `min_abs_field`.
     fn should_split(&self, region: &Aabb, clauses: usize, min_abs_field: f32) -> bool;
 
-    /// Reports whether another stage subdivides a cell with this number of clauses.
+    /// Reports whether another stage splits a cell with this number of clauses.
     fn defers(&self, _clauses: usize) -> bool {
         false
     }
 }
 
-/// Region, arrangement and refinement of the cells to build.
+/// Region, arrangement and splitting rule of the cells to build.
 #[derive(Clone, Copy)]
 pub struct CellSpec<'a> {
     /// Box of the root cell.
     pub region: Aabb,
     /// Arrangement of the children.
-    pub subdivision: Subdivision,
+    pub split: CellSplit,
     /// Beyond this distance from zero only the field's sign is stored. With 0 the cells that may contain a
     /// surface are kept, with infinity all are.
     pub band: f32,
-    /// Decides which cells are subdivided.
-    pub refine: &'a dyn Refine,
+    /// Decides which cells are split.
+    pub rule: &'a dyn SplitRule,
 }
 
 /// Builds the cells of a program.
 pub fn build(program: &Program, tape: &Tape, spec: &CellSpec<'_>) -> Cells {
     let region = spec.region;
     let mut cells = Cells {
-        subdivision: spec.subdivision,
+        split: spec.split,
         band: spec.band,
         rebuilt_count: 0,
         initial_count: 0,
@@ -80,15 +78,15 @@ pub fn build(program: &Program, tape: &Tape, spec: &CellSpec<'_>) -> Cells {
         entry: None,
         previous_node: None,
     };
-    subdivide_levels(&mut cells, vec![root_parent], program, tape, spec, &[]);
+    split_levels(&mut cells, vec![root_parent], program, tape, spec, &[]);
     cells.rebuilt_count = cells.cells.len();
     cells.initial_count = cells.rebuilt_count;
     cells
 }
 
-/// Subdivides cells level by level. `changed` flags the instructions whose constants differ from those of the
+/// Splits cells level by level. `changed` flags the instructions whose constants differ from those of the
 /// previous build.
-pub(super) fn subdivide_levels(
+pub(super) fn split_levels(
     cells: &mut Cells,
     mut parents: Vec<SplitParent>,
     program: &Program,
@@ -110,7 +108,7 @@ pub(super) fn subdivide_levels(
     // Clauses of discarded cells do not count against the limit.
     let clauses_before = cells.clause_count();
     let mut next = Vec::new();
-    for _ in 0..spec.subdivision.max_levels() {
+    for _ in 0..spec.split.max_levels() {
         let mut remaining = parents.as_slice();
         while !remaining.is_empty() {
             if cells.cells.len() > MAX_CELLS || cells.clause_count() - clauses_before > MAX_CLAUSES
@@ -128,7 +126,7 @@ pub(super) fn subdivide_levels(
             let outputs = parallel_map_with(
                 chunks.len(),
                 || Worker::new(program, tape),
-                |worker, chunk| worker.subdivide_batch(cells, chunks[chunk], spec, analysis),
+                |worker, chunk| worker.split_batch(cells, chunks[chunk], spec, analysis),
             );
             for output in outputs {
                 merge_output(cells, output, changed, &mut next);
@@ -148,7 +146,7 @@ struct CellAnalysis {
     discontinuities: bool,
 }
 
-/// Returns the number of leading cells to subdivide before clauses are counted again. Even if nothing could
+/// Returns the number of leading cells to split before clauses are counted again. Even if nothing could
 /// be pruned, their children have at most [`MAX_CLAUSES`] clauses, or those of one cell's children.
 fn batch_within_budget(cells: &Cells, parents: &[SplitParent]) -> usize {
     let mut clauses = 0;
@@ -159,7 +157,7 @@ fn batch_within_budget(cells: &Cells, parents: &[SplitParent]) -> usize {
     fitting.count().max(1)
 }
 
-/// A cell to subdivide, and the entry of the node that will point to its own node.
+/// A cell to split, and the entry of the node that will point to its own node.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct SplitParent {
     pub(super) cell: u32,
@@ -168,7 +166,7 @@ pub(super) struct SplitParent {
     pub(super) previous_node: Option<u32>,
 }
 
-/// Results of subdividing a batch of cells, in their order.
+/// Results of splitting a batch of cells, in their order.
 #[derive(Default)]
 struct WorkerOutput {
     clauses: Vec<Clause>,
@@ -213,7 +211,7 @@ impl WorkerOutput {
 /// Placeholder for the arena of a worker's tapes until it is appended to the cells.
 const LOCAL_ARENA: u32 = u32::MAX;
 
-/// Appends a worker's output to the cells. The cells to subdivide are added to `next`.
+/// Appends a worker's output to the cells. The cells to split are added to `next`.
 fn merge_output(
     cells: &mut Cells,
     output: WorkerOutput,
@@ -306,7 +304,7 @@ impl<'a> Worker<'a> {
         worker
     }
 
-    fn subdivide_batch(
+    fn split_batch(
         &mut self,
         cells: &Cells,
         parents: &[SplitParent],
@@ -315,13 +313,13 @@ impl<'a> Worker<'a> {
     ) -> WorkerOutput {
         let mut output = WorkerOutput::default();
         for &parent in parents {
-            self.subdivide(cells, parent.cell, spec, analysis, &mut output);
+            self.split_cell(cells, parent.cell, spec, analysis, &mut output);
             output.parents.push(parent);
         }
         output
     }
 
-    fn subdivide(
+    fn split_cell(
         &mut self,
         cells: &Cells,
         parent: u32,
@@ -333,8 +331,8 @@ impl<'a> Worker<'a> {
         let (tape, root_clauses) = (cells.tape(parent), cells.tape(0).len());
         let boxes = self.tracer.boxes();
         for lane in 0..CHILDREN {
-            let child = region.child(lane, spec.subdivision);
-            child.with_margin(spec.subdivision).write_lane(boxes, lane);
+            let child = region.child(lane, spec.split);
+            child.with_margin(spec.split).write_lane(boxes, lane);
         }
         let inputs = *boxes;
         let [mut low, mut high] = *self.tracer.run(self.program, tape, LANES);
@@ -381,7 +379,7 @@ impl<'a> Worker<'a> {
             min_abs_field[output.cells.len() - first] = low.max(-high).max(0.0);
             *entry = CELL + output.cells.len() as u32;
             let cell = Cell {
-                region: region.child(lane, spec.subdivision),
+                region: region.child(lane, spec.split),
                 slope: slopes_and_gradients[lane].0,
                 gradient: slopes_and_gradients[lane].1,
                 may_be_discontinuous: analysis.discontinuities
@@ -412,9 +410,9 @@ impl<'a> Worker<'a> {
                 || slopes && self.is_raw(output.tape(range).unwrap_or(tape));
             let (cell, is_split) = &mut output.cells[index];
             let should_split =
-                is_profitable && spec.refine.should_split(&cell.region, len, min_abs_field);
+                is_profitable && spec.rule.should_split(&cell.region, len, min_abs_field);
             cell.stalled_levels = stalled_levels;
-            cell.is_deferred = should_split && spec.refine.defers(len);
+            cell.is_deferred = should_split && spec.rule.defers(len);
             *is_split = should_split && !cell.is_deferred;
         }
         output.nodes.push(children);

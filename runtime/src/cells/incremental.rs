@@ -4,7 +4,7 @@
 //! instructions where they are. A cell is unchanged, with its subtree, if its new tape equals the old one and
 //! contains no changed instruction.
 
-use super::build::{MAX_CLAUSES, SplitParent, subdivide_levels};
+use super::build::{MAX_CLAUSES, SplitParent, split_levels};
 use super::{CELL, CellSpec, Cells, NODE};
 use sdfc_vm::program::{Destination, Instruction, Operands, PointTransform, Program};
 use sdfc_vm::tape::{Clause, Tape};
@@ -26,7 +26,7 @@ pub fn rebuild_after_edit(
     spec: &CellSpec<'_>,
 ) -> Option<Arc<Cells>> {
     let same_cut = *previous.region() == spec.region
-        && previous.subdivision == spec.subdivision
+        && previous.split == spec.split
         && previous.band.to_bits() == spec.band.to_bits();
     let is_too_large = previous.over_budget_count > 0
         || previous.cells.len() > MAX_GROWTH_FACTOR * previous.initial_count.max(MIN_COUNTED_CELLS)
@@ -46,7 +46,7 @@ pub fn rebuild_after_edit(
         previous_node: (!cells.nodes.is_empty()).then_some(cells.root),
     };
     let new_root = cells.nodes.len() as u32;
-    subdivide_levels(&mut cells, vec![root_parent], new.0, new.1, spec, &changed);
+    split_levels(&mut cells, vec![root_parent], new.0, new.1, spec, &changed);
     if cells.over_budget_count > 0 {
         return None;
     }

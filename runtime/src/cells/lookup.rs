@@ -1,14 +1,14 @@
 //! Lookup of cells by grid coordinates: integers with the digits of all levels of cells. Two bits per level
 //! select a child along each axis, so the lookup of a point takes no arithmetic but shifts.
 
-use super::{Aabb, CELL, CHILDREN, Cells, EMPTY, FULL, NODE, Subdivision};
+use super::{Aabb, CELL, CHILDREN, CellSplit, Cells, EMPTY, FULL, NODE};
 use sdfc_vm::lanes::{LANES, Points};
 
 /// Number of bits of a level's digit.
-pub(super) const DIGIT_BITS: u32 = Subdivision::Volume.digit_bits();
+pub(super) const DIGIT_BITS: u32 = CellSplit::Volume.digit_bits();
 /// Number of bits of all levels.
-pub(super) const COORDINATE_BITS: u32 = Subdivision::Volume.coordinate_bits();
-/// Only cells that are subdivided along all axes are looked up here.
+pub(super) const COORDINATE_BITS: u32 = CellSplit::Volume.coordinate_bits();
+/// Only cells that are split along all axes are looked up here.
 const _: () = assert!(CHILDREN == 1 << (3 * DIGIT_BITS));
 
 /// Returns the child of a cell that contains grid coordinates, whose low `shift` bits lie within the child.
@@ -86,7 +86,7 @@ pub enum Occupancy {
     Leaf(u32),
 }
 
-/// A box of the subdivision, as it is shown to a user.
+/// A cell as it is shown to a user.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CellInfo {
     /// The box.
@@ -115,7 +115,7 @@ impl Cells {
         };
         match self.child_entry_at(p) {
             Some((parent, child, EMPTY | FULL)) => Some(CellInfo {
-                region: self.cell(parent).region.child(child, self.subdivision),
+                region: self.cell(parent).region.child(child, self.split),
                 clauses: None,
             }),
             Some((_, _, entry)) => Some(cell_info(entry - CELL)),
@@ -124,7 +124,7 @@ impl Cells {
     }
 
     /// Returns the cell in whose child a point lies, the index of that child, and the child's entry: empty,
-    /// full or a leaf. Returns `None` outside, and if the root is not subdivided.
+    /// full or a leaf. Returns `None` outside, and if the root is not split.
     fn child_entry_at(&self, p: [f32; 3]) -> Option<(u32, usize, u32)> {
         let coordinates = CellGrid::new(self.region()).grid_coordinates(p)?;
         let mut shift = COORDINATE_BITS;

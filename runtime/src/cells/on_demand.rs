@@ -3,7 +3,7 @@
 //! depends on the distance itself.
 
 use super::lookup::{COORDINATE_BITS, CellGrid, DIGIT_BITS};
-use super::{Aabb, CHILDREN, Subdivision};
+use super::{Aabb, CHILDREN, CellSplit};
 use sdfc_vm::lanes::{CHUNK, LANES, Points};
 use sdfc_vm::multiversion;
 use sdfc_vm::program::Program;
@@ -11,7 +11,7 @@ use sdfc_vm::tape::prune::Pruner;
 use sdfc_vm::tape::trace::{Trace, Tracer};
 use sdfc_vm::tape::{Clause, Tape};
 
-/// Cells whose tape has at most this number of clauses are not subdivided.
+/// Cells whose tape has at most this number of clauses are not split.
 const MAX_UNSPLIT_CLAUSES: usize = 16;
 /// Maximum number of levels.
 const MAX_LEVELS: u32 = 7;
@@ -23,7 +23,7 @@ const MAX_CLAUSES: usize = 3_000_000;
 /// Marks a child without a cell.
 const NOT_BUILT: u32 = u32::MAX;
 
-/// A cell is subdivided once this many times its tape's length of clauses have been run in it: subdivision
+/// A cell is split once this many times its tape's length of clauses have been run in it: splitting
 /// takes about as long.
 const SPLIT_AFTER_RUNS: usize = 12;
 /// Cost of collecting points and starting a tape, in clauses run on a chunk of lanes.
@@ -67,7 +67,7 @@ pub struct OnDemandCells {
     pending: Vec<CellBatch>,
     /// Costs of the current trial.
     trial: CostTrial,
-    pays: bool,
+    are_cheaper: bool,
 }
 
 /// Cost of evaluating the points of the current trial, in clauses run on a chunk of lanes.
@@ -174,16 +174,16 @@ impl OnDemandCells {
             keys: Vec::new(),
             pending: Vec::new(),
             trial: CostTrial::default(),
-            pays: true,
+            are_cheaper: true,
         };
         cells.pruner.reserve(tape.values, tape.points);
         cells
     }
 
     /// Reports whether cells were cheaper than the full tape in the last trial. Where pruning removes little,
-    /// as for fields that are the same everywhere, sorting points into cells does not pay off.
-    pub fn pays_off(&self) -> bool {
-        self.pays
+    /// as for fields that are the same everywhere, sorting points into cells is not profitable.
+    pub fn are_cheaper_than_full_tape(&self) -> bool {
+        self.are_cheaper
     }
 
     /// Calls `run` with batches of at most 64 of the first `count` points, each with a tape that is valid
@@ -234,7 +234,7 @@ impl OnDemandCells {
     fn record_trial(&mut self, points: usize) {
         let trial = &mut self.trial;
         if trial.points >= TRIAL_POINTS {
-            self.pays = trial.cell_cost < trial.full_tape_cost;
+            self.are_cheaper = trial.cell_cost < trial.full_tape_cost;
             *trial = CostTrial::default();
         }
         trial.points += points;
@@ -287,7 +287,7 @@ impl OnDemandCells {
             } else {
                 child_cell
             };
-            // Longer tapes are subdivided later where that pays off, down to about this length.
+            // Longer tapes are split later where that is profitable, down to about this length.
             let tape_length = (self.cells[cell as usize].len as usize).min(2 * MAX_UNSPLIT_CLAUSES);
             split_cost += cost(tape_length, (to - from) as usize);
             self.pending.push(CellBatch {
@@ -315,10 +315,8 @@ impl OnDemandCells {
         let children = cell.children.get_or_insert_with(|| {
             let boxes = tracer.boxes();
             for lane in 0..CHILDREN {
-                let child = region.child(lane, Subdivision::Volume);
-                child
-                    .with_margin(Subdivision::Volume)
-                    .write_lane(boxes, lane);
+                let child = region.child(lane, CellSplit::Volume);
+                child.with_margin(CellSplit::Volume).write_lane(boxes, lane);
             }
             tracer.run(program, &self.clauses[tape.clone()], LANES);
             Box::new(Children {
@@ -337,7 +335,7 @@ impl OnDemandCells {
         let pruned = (self.clauses.len() - first) as u32;
         children.cells[child] = index;
         self.cells.push(Cell {
-            region: region.child(child, Subdivision::Volume),
+            region: region.child(child, CellSplit::Volume),
             start: first as u32,
             len: pruned,
             work: 0,

@@ -1,6 +1,6 @@
 //! Cells as words in the layout that the interpreter on a GPU reads: see [`sdfc_shaders::interpreter::tape`].
 
-use super::{CELL, CHILDREN, CellSpec, Cells, EMPTY, FULL, NODE, Subdivision};
+use super::{CELL, CHILDREN, CellSpec, CellSplit, Cells, EMPTY, FULL, NODE};
 use crate::render::CellStats;
 use sdfc_shaders::interpreter::tape::{KernelRegisters, clause_words, constant_word, node_word};
 use sdfc_shaders::layout::{CellJob, GridUniforms, NO_OLD_ENTRY};
@@ -24,12 +24,12 @@ pub struct GpuCells {
     pub counts: CellStats,
 }
 
-/// A cell whose subdivision another stage does.
+/// A cell that another stage splits.
 #[derive(Clone, Copy, Debug)]
 pub struct DeferredCell {
     /// Index of the cell, which it keeps as long as edits leave it unchanged.
     pub cell: u32,
-    /// Job that subdivides it.
+    /// Job that splits it.
     pub job: CellJob,
 }
 
@@ -37,13 +37,13 @@ impl GpuCells {
     /// Creates empty cells. The buffers hold the number of nodes and words of tapes in `base_offsets` before
     /// them.
     pub fn new(spec: &CellSpec<'_>, registers: KernelRegisters, base_offsets: [u32; 2]) -> Self {
-        let (region, split) = (&spec.region, spec.subdivision);
+        let (region, split) = (&spec.region, spec.split);
         let scale = |axis: usize| {
             let side = region.high[axis] - region.low[axis];
             (1_u32 << split.coordinate_bits()) as f32 / side.max(f32::MIN_POSITIVE)
         };
         let mut scales = std::array::from_fn(scale);
-        if split == Subdivision::Plane {
+        if split == CellSplit::Plane {
             scales[2] = 0.0;
         }
         Self {
@@ -90,7 +90,7 @@ impl GpuCells {
     }
 
     /// Adds the cells of the distance, `fresh` of which are new in this picture. Returns the cells whose
-    /// subdivision is deferred.
+    /// split is deferred.
     pub fn add_distance(&mut self, tape: &Tape, cells: &Cells, fresh: usize) -> Vec<DeferredCell> {
         let ([root, full_tape], deferred) = self.add_cells(tape, cells, 0, true);
         self.counts.fresh += fresh as u64;
@@ -130,7 +130,7 @@ impl GpuCells {
     ) -> ([u32; 2], Vec<DeferredCell>) {
         let full_tape = self.add_tape(&tape.clauses, base);
         let mut entry_of_tape = HashMap::from([(cells.cells[0].tape.key(), full_tape)]);
-        // Tapes of subdivided cells are not stored, but count.
+        // Tapes of split cells are not stored, but count.
         let mut inner_tapes = HashSet::new();
         let mut counts = CellStats {
             count: 1,
@@ -140,7 +140,7 @@ impl GpuCells {
         };
         let [base_node, _] = self.base_offsets;
         let first_node = base_node + (self.nodes.len() / CHILDREN) as u32;
-        let digit = cells.subdivision.digit_bits();
+        let digit = cells.split.digit_bits();
         // Nodes reachable from the root, in the order of their indices, each with its level and its
         // coordinates among the cells of that level. Nodes that edits discarded are not reachable.
         let mut nodes = Vec::new();

@@ -1,10 +1,10 @@
-//! Policy of cells: which part of space is cut, how small cells get, and when cells are profitable.
+//! Policy of cells: which part of space is split, how small cells get, and when cells are profitable.
 
-use super::{Aabb, CellSpec, Refine, Subdivision};
+use super::{Aabb, CellSpec, CellSplit, SplitRule};
 use crate::render::plane::face_on_plane;
 use crate::render::{CellMode, PixelPlane, RenderJob};
 use glam::Vec3;
-use sdfc_shaders::interpreter::cut::MAX_TAPE_CLAUSES;
+use sdfc_shaders::interpreter::split_cells::MAX_TAPE_CLAUSES;
 use sdfc_shaders::layout::{self, FrameUniforms};
 use sdfc_vm::program::{Code, Program};
 use sdfc_vm::row::Category;
@@ -17,17 +17,17 @@ const MIN_CLAUSES: usize = 32;
 const MAX_LEAF_PIXELS: f32 = 16.0;
 /// Maximum side of a leaf of a field written with coordinates, as a fraction of the cube's side. In larger
 /// leaves the gradient bounds are too loose, however few pixels they cover.
-const RAW_MAX_LEAF_FRACTION: f32 = 0.125;
-/// Maximum side in pixels of a leaf whose tape has at most [`TRIVIAL_TAPE_CLAUSES`] clauses.
+const MAX_RAW_LEAF_FRACTION: f32 = 0.125;
+/// Maximum side in pixels of a leaf whose tape has at most [`MAX_TRIVIAL_TAPE_CLAUSES`] clauses.
 const MAX_TRIVIAL_LEAF_PIXELS: f32 = 256.0;
-/// Maximum number of clauses of a tape that further cuts can hardly shorten.
-const TRIVIAL_TAPE_CLAUSES: usize = 2;
+/// Maximum number of clauses of a tape that further splits can hardly shorten.
+const MAX_TRIVIAL_TAPE_CLAUSES: usize = 2;
 
 /// Reports whether cells are profitable for an engine that looks up the cell of every point. Measured:
 /// programs with bounded slopes are pruned well and cheaply, and so are fields written with coordinates.
 /// In repeated or rough space, intervals are loose, and rays spread over many cells cost more than the cells
 /// save.
-pub(crate) fn pays_off_for_lookups(program: &Program, tape: &Tape) -> bool {
+pub(crate) fn are_lookups_profitable(program: &Program, tape: &Tape) -> bool {
     if tape.lipschitz.is_bounded() {
         return tape.clauses.len() >= MIN_CLAUSES;
     }
@@ -48,7 +48,7 @@ fn has_op(program: &Program, test: fn(Op) -> bool) -> bool {
     codes.any(|code| matches!(code, Code::Op(op) if test(op)))
 }
 
-/// The cube that is cut: it encloses the scene's bounds within the length of rays. `None` if that is empty.
+/// The cube that is split: it encloses the scene's bounds within the length of rays. `None` if that is empty.
 pub(crate) fn scene_cube(frame: &FrameUniforms) -> Option<Aabb> {
     scene_extent(frame).map(|extent| enclosing_cube(&extent, ROUNDING_MARGIN))
 }
@@ -96,7 +96,7 @@ const MAX_REUSE_SIZE_RATIO: f32 = 2.0;
 pub(crate) fn uses_cells(job: &RenderJob, program: &Program, tape: &Tape) -> bool {
     match job.cells {
         CellMode::Never => false,
-        CellMode::Auto => pays_off_for_lookups(program, tape),
+        CellMode::Auto => are_lookups_profitable(program, tape),
         CellMode::Always | CellMode::Cpu | CellMode::Gpu => true,
     }
 }
@@ -132,15 +132,15 @@ impl PacketCells {
     }
 }
 
-/// The region that an engine cuts if it looks up the cell of every point: the part of space that rays of all
-/// kinds pass through, or the plane of a 2-D shape.
+/// The region that an engine splits if it looks up the cell of every point: the part of space that rays of
+/// all kinds pass through, or the plane of a 2-D shape.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct CellRegion {
-    /// The part that must be cut.
+    /// The part that must be split.
     extent: Aabb,
-    /// The part that is cut.
+    /// The part that is split.
     region: Aabb,
-    split: Subdivision,
+    split: CellSplit,
     band: f32,
     pixels: PixelSize,
 }
@@ -171,7 +171,7 @@ impl CellRegion {
         Some(Self {
             extent,
             region: enclosing_cube(&extent, EDIT_MARGIN),
-            split: Subdivision::Volume,
+            split: CellSplit::Volume,
             band: f32::INFINITY,
             pixels: PixelSize::from_uniforms(frame),
         })
@@ -192,35 +192,35 @@ impl CellRegion {
             && self.region.longest_side() <= MAX_REUSE_SIZE_RATIO * other.region.longest_side()
     }
 
-    /// The subdivision for the distance program.
+    /// The cells to build for the distance program.
     pub(crate) fn distance(&self) -> CellSpec<'_> {
         CellSpec {
             region: self.region,
-            subdivision: self.split,
+            split: self.split,
             band: self.band,
-            refine: self,
+            rule: self,
         }
     }
 
-    /// The subdivision for the surface program. A 2-D shape shows its colours everywhere, other scenes only
-    /// where rays end.
+    /// The cells to build for the surface program. A 2-D shape shows its colours everywhere, other scenes
+    /// only where rays end.
     pub(crate) fn surface(&self) -> CellSpec<'_> {
         CellSpec {
             band: match self.split {
-                Subdivision::Plane => f32::INFINITY,
-                Subdivision::Volume => 0.0,
+                CellSplit::Plane => f32::INFINITY,
+                CellSplit::Volume => 0.0,
             },
             ..self.distance()
         }
     }
 
-    /// The parameters with which a device cuts cells further, for the program of `tape` with this band.
+    /// The parameters with which a device splits cells further, for the program of `tape` with this band.
     /// Buffer capacities and the words for culled cells are filled in by [`crate::gpu::cell_builder`] and its caller.
-    pub(crate) fn gpu_cut(&self, tape: &Tape, band: f32) -> layout::CutParams {
+    pub(crate) fn gpu_split_params(&self, tape: &Tape, band: f32) -> layout::SplitParams {
         let Aabb { low, high } = self.region;
         let size: [f32; 3] = std::array::from_fn(|axis| high[axis] - low[axis]);
         let farthest = low.iter().chain(&high).fold(0.0, |far, v| v.abs().max(far));
-        layout::CutParams {
+        layout::SplitParams {
             low,
             max_levels: self.split.max_levels(),
             size,
@@ -234,37 +234,37 @@ impl CellRegion {
             slope: tape.lipschitz.result.min(f32::MAX),
             // Exceeds the rounding error of looking up a point's cell and of that cell's corners.
             rounding: (farthest + self.region.longest_side()) * 5e-7,
-            max_uncut_clauses: MAX_LEAF_CLAUSES as u32,
+            max_leaf_clauses: MAX_LEAF_CLAUSES as u32,
             full_tape_length: tape.clauses.len() as u32,
-            ..layout::CutParams::default()
+            ..layout::SplitParams::default()
         }
     }
 }
 
-/// Refinement on the CPU before a device continues: down to tapes that an invocation may walk through.
+/// Splitting on the CPU before a device continues: down to tapes that an invocation may walk through.
 pub(crate) struct CpuLevels<'a>(pub(crate) &'a CellRegion);
 
-impl Refine for CpuLevels<'_> {
-    fn should_split(&self, region: &Aabb, clauses: usize, surface_distance: f32) -> bool {
-        self.0.should_split(region, clauses, surface_distance)
+impl SplitRule for CpuLevels<'_> {
+    fn should_split(&self, region: &Aabb, clauses: usize, min_abs_field: f32) -> bool {
+        self.0.should_split(region, clauses, min_abs_field)
     }
     fn defers(&self, clauses: usize) -> bool {
         clauses <= MAX_TAPE_CLAUSES
     }
 }
 
-impl Refine for CellRegion {
-    fn should_split(&self, region: &Aabb, clauses: usize, surface_distance: f32) -> bool {
+impl SplitRule for CellRegion {
+    fn should_split(&self, region: &Aabb, clauses: usize, min_abs_field: f32) -> bool {
         // A ray's step is about as long as the distance to the surface. In a cell smaller than that, rays
         // take few samples.
         clauses > MAX_LEAF_CLAUSES
-            && surface_distance < 2.0 * region.longest_side()
-            && self.pixels.should_split(region, clauses, surface_distance)
+            && min_abs_field < 2.0 * region.longest_side()
+            && self.pixels.should_split(region, clauses, min_abs_field)
     }
 }
 
-/// The box around the pixels of a 2-D shape, and its subdivision.
-fn plane_region(plane: &PixelPlane) -> (Aabb, Subdivision) {
+/// The box around the pixels of a 2-D shape, and the arrangement of its children.
+fn plane_region(plane: &PixelPlane) -> (Aabb, CellSplit) {
     let [right, down] = plane.size.map(|n| n as f32);
     let (mut low, mut high) = ([0.0; 3], [0.0; 3]);
     for axis in 0..3 {
@@ -279,7 +279,7 @@ fn plane_region(plane: &PixelPlane) -> (Aabb, Subdivision) {
     if high[2] - low[2] <= min_thickness {
         low[2] -= min_thickness;
         high[2] += min_thickness;
-        return (Aabb { low, high }, Subdivision::Plane);
+        return (Aabb { low, high }, CellSplit::Plane);
     }
     let side = (0..3).fold(0.0, |side, axis| f32::max(side, high[axis] - low[axis]));
     let middle: [f32; 3] = std::array::from_fn(|axis| (low[axis] + high[axis]) / 2.0);
@@ -287,7 +287,7 @@ fn plane_region(plane: &PixelPlane) -> (Aabb, Subdivision) {
         low: middle.map(|m| m - side / 2.0),
         high: middle.map(|m| m + side / 2.0),
     };
-    (cube, Subdivision::Volume)
+    (cube, CellSplit::Volume)
 }
 
 /// Limits the size of cells by the number of pixels they cover.
@@ -327,7 +327,7 @@ impl PixelSize {
     }
 }
 
-impl Refine for PixelSize {
+impl SplitRule for PixelSize {
     fn should_split(&self, region: &Aabb, clauses: usize, _: f32) -> bool {
         let side = region.longest_side();
         let camera = Vec3::from(self.camera);
@@ -339,7 +339,7 @@ impl Refine for PixelSize {
         // Measured from inside a cell, its far parts count.
         let distance = gap.length().max(side * 0.25);
         let pixel = self.footprint + self.growth * distance;
-        let max_pixels = if clauses <= TRIVIAL_TAPE_CLAUSES {
+        let max_pixels = if clauses <= MAX_TRIVIAL_TAPE_CLAUSES {
             MAX_TRIVIAL_LEAF_PIXELS
         } else {
             self.max_leaf_pixels
@@ -351,7 +351,7 @@ impl Refine for PixelSize {
 /// The cube and the cell size for a field written with coordinates. Small cells have tight gradient bounds,
 /// so that rays take few steps in them; large cells are few. The best leaf size had as many leaves along the
 /// cube as pixels along a leaf: for tanglecube at 256², 512² and 1024², leaves of 12, 16 and 24 pixels. Each
-/// cut divides a side by four, so the cube is enlarged until a number of cuts reaches that size.
+/// split divides a side by four, so the cube is enlarged until a number of splits reaches that size.
 pub(crate) fn raw_field_cells(frame: &FrameUniforms) -> Option<(Aabb, PixelSize)> {
     let extent = scene_extent(frame)?;
     let side = enclosing_cube(&extent, ROUNDING_MARGIN).longest_side();
@@ -361,14 +361,14 @@ pub(crate) fn raw_field_cells(frame: &FrameUniforms) -> Option<(Aabb, PixelSize)
     let pixel = pixels.footprint + pixels.growth * distance;
     let leaf = (side * pixel)
         .sqrt()
-        .clamp(side * 1e-5, side * RAW_MAX_LEAF_FRACTION);
+        .clamp(side * 1e-5, side * MAX_RAW_LEAF_FRACTION);
     let levels = ((side / leaf).ln() / 4_f32.ln()).ceil();
     let size_ratio = leaf * 4_f32.powf(levels) / side;
     Some((
         enclosing_cube(&extent, size_ratio * (1.0 + ROUNDING_MARGIN) - 1.0),
         PixelSize {
             max_leaf_pixels: leaf * ROUNDING_FACTOR / pixel,
-            max_side: side * RAW_MAX_LEAF_FRACTION * ROUNDING_FACTOR,
+            max_side: side * MAX_RAW_LEAF_FRACTION * ROUNDING_FACTOR,
             ..pixels
         },
     ))

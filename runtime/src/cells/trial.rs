@@ -25,11 +25,11 @@ use std::sync::OnceLock;
 /// Largest remaining fraction of the work for which cells are used.
 const MAX_WORK_FRACTION: f32 = 0.25;
 /// Limit where space is repeated or rough: rays visit more cells there.
-const MAX_WORK_FRACTION_ROUGH: f32 = 0.15;
-/// Rough fields are first tried with cells this many times as large. That takes a few milliseconds and
-/// rejects fields with more than [`GIVE_UP_FRACTION`] of the work remaining.
+const MAX_ROUGH_WORK_FRACTION: f32 = 0.15;
+/// Factor on the size of cells in the first trial of a rough field, which takes a few milliseconds.
 const TRIAL_COARSENING: f32 = 4.0;
-const GIVE_UP_FRACTION: f32 = 0.3;
+/// Largest remaining fraction of the work in that trial; fields with more are rejected.
+const MAX_COARSE_WORK_FRACTION: f32 = 0.3;
 
 /// Result of the trial, once it is known.
 #[derive(Clone, Debug, Default)]
@@ -37,11 +37,11 @@ pub(crate) struct CellTrial(OnceLock<bool>);
 
 impl CellTrial {
     /// Reports whether cells are worth building, at least for the trial.
-    pub(crate) fn may_pay_off(
+    pub(crate) fn should_build_cells(
         &self,
         program: &Program,
         tape: &Tape,
-        cut: &CellSpec<'_>,
+        spec: &CellSpec<'_>,
         pixels: &PixelSize,
     ) -> bool {
         if let Some(&cached) = self.0.get() {
@@ -50,15 +50,15 @@ impl CellTrial {
         if !is_rough(program) {
             return true;
         }
-        let refine = &pixels.coarsened(TRIAL_COARSENING);
-        let trial = build(program, tape, &CellSpec { refine, ..*cut });
-        trial.mean_work_fraction() <= GIVE_UP_FRACTION || *self.0.get_or_init(|| false)
+        let rule = &pixels.coarsened(TRIAL_COARSENING);
+        let trial = build(program, tape, &CellSpec { rule, ..*spec });
+        trial.mean_work_fraction() <= MAX_COARSE_WORK_FRACTION || *self.0.get_or_init(|| false)
     }
 
     /// Reports whether these cells are profitable.
-    pub(crate) fn pays_off(&self, program: &Program, cells: &Cells) -> bool {
+    pub(crate) fn should_use_cells(&self, program: &Program, cells: &Cells) -> bool {
         let max_fraction = if is_rough(program) {
-            MAX_WORK_FRACTION_ROUGH
+            MAX_ROUGH_WORK_FRACTION
         } else {
             MAX_WORK_FRACTION
         };

@@ -7,7 +7,7 @@ use super::{
 use crate::cells::policy::{self, PacketCells};
 use crate::cells::trial::CellTrial;
 use crate::cells::{
-    self, Aabb, CellInfo, CellSpec, Cells, MAX_BLOCKS, MortonKey, OnDemandCells, Subdivision,
+    self, Aabb, CellInfo, CellSpec, CellSplit, Cells, MAX_BLOCKS, MortonKey, OnDemandCells,
 };
 use crate::engine::{Engine, EngineError, EngineKind, FieldSample, SceneInput};
 use crate::render::plane::plane_of;
@@ -93,10 +93,7 @@ impl Engine for CpuEngine {
     }
 
     fn device(&self) -> String {
-        match rayon::current_num_threads() {
-            1 => format!("1 thread, {}", instruction_set()),
-            threads => format!("{threads} threads, {}", instruction_set()),
-        }
+        cpu_device(instruction_set())
     }
 
     fn load(&mut self, scene: &SceneInput<'_>) -> Result<(), EngineError> {
@@ -175,7 +172,7 @@ impl Engine for CpuEngine {
 
     fn query(&mut self, points: &[[f32; 3]]) -> Result<Vec<FieldSample>, EngineError> {
         let scene = self.scene()?;
-        if points.len() < SORT_MIN_POINTS || scene.tape.clauses.len() < ON_DEMAND_MIN_CLAUSES {
+        if points.len() < MIN_SORT_POINTS || scene.tape.clauses.len() < MIN_ON_DEMAND_CLAUSES {
             let batches: Vec<Vec<FieldSample>> = points
                 .par_chunks(LANES)
                 .map_init(
@@ -226,11 +223,11 @@ impl RenderField for CpuScene {
             ),
             false => policy::raw_field_cells(frame)?,
         };
-        let cut = CellSpec {
+        let spec = CellSpec {
             region,
-            subdivision: Subdivision::Volume,
+            split: CellSplit::Volume,
             band: 0.0,
-            refine: &pixels,
+            rule: &pixels,
         };
         let new_program = (&*self.distance, &*self.tape);
         let mut cached_cells = self
@@ -241,19 +238,19 @@ impl RenderField for CpuScene {
         if is_trial
             && !self
                 .cell_trial
-                .may_pay_off(new_program.0, new_program.1, &cut, &pixels)
+                .should_build_cells(new_program.0, new_program.1, &spec, &pixels)
         {
             return None;
         }
         let previous_cells = reusable.as_ref().map(|last| Arc::as_ptr(&last.cells));
         let reusable = reusable.and_then(|last| {
-            cells::rebuild_after_edit(&last.cells, (&last.program, &last.tape), new_program, &cut)
+            cells::rebuild_after_edit(&last.cells, (&last.program, &last.tape), new_program, &spec)
         });
         let is_unchanged =
             reusable.as_ref().map(Arc::as_ptr) == previous_cells && previous_cells.is_some();
         let cells =
-            reusable.unwrap_or_else(|| Arc::new(cells::build(new_program.0, new_program.1, &cut)));
-        if is_trial && !self.cell_trial.pays_off(new_program.0, &cells) {
+            reusable.unwrap_or_else(|| Arc::new(cells::build(new_program.0, new_program.1, &spec)));
+        if is_trial && !self.cell_trial.should_use_cells(new_program.0, &cells) {
             return None;
         }
         *cached_cells = Some(CachedCells {
@@ -272,7 +269,7 @@ impl RenderField for CpuScene {
     fn sample_plane(&self, job: &RenderJob, plane: &PixelPlane, band: f32) -> Option<Vec<f32>> {
         let is_pruned = match job.cells {
             CellMode::Never => false,
-            CellMode::Auto => self.tape.clauses.len() >= PLANE_PRUNE_MIN_CLAUSES,
+            CellMode::Auto => self.tape.clauses.len() >= MIN_PLANE_PRUNE_CLAUSES,
             CellMode::Always | CellMode::Cpu | CellMode::Gpu => true,
         };
         is_pruned.then(|| plane_quadtree::sample(&self.distance, &self.tape, plane, band))
@@ -311,7 +308,7 @@ impl CpuScene {
 impl CpuScene {
     fn evaluator_with<'a>(&'a self, cells: Option<&'a Cells>) -> CpuEvaluator<'a> {
         let on_demand = |tape: &Tape, cells: &Cells| {
-            let is_long = tape.clauses.len() >= ON_DEMAND_MIN_CLAUSES;
+            let is_long = tape.clauses.len() >= MIN_ON_DEMAND_CLAUSES;
             is_long.then(|| OnDemandCells::new(tape, *cells.region()))
         };
         let surface = self.surface.as_ref().map(|(_, tape)| tape);
@@ -367,13 +364,13 @@ struct PrunedTapes {
 
 /// Minimum number of clauses of a program that is pruned for boxes. Tracing a shorter one takes about as long
 /// as running it.
-const PRUNE_MIN_CLAUSES: usize = 8;
+const MIN_PRUNE_CLAUSES: usize = 8;
 
 impl PrunedTapes {
     /// Prunes a tape for boxes.
     fn prune(&mut self, program: &Program, tape: &Tape, regions: &[Aabb]) {
         self.clear();
-        if tape.clauses.len() < PRUNE_MIN_CLAUSES {
+        if tape.clauses.len() < MIN_PRUNE_CLAUSES {
             return;
         }
         let chooser = self.chooser.get_or_insert_with(|| Tracer::new(tape));
@@ -382,7 +379,7 @@ impl PrunedTapes {
             let boxes = chooser.boxes();
             for (lane, region) in regions.iter().enumerate() {
                 region
-                    .with_margin(Subdivision::Volume)
+                    .with_margin(CellSplit::Volume)
                     .write_lane(boxes, lane);
             }
             chooser.run(program, &tape.clauses, regions.len());
@@ -408,11 +405,11 @@ impl PrunedTapes {
 
 /// Minimum number of clauses of a 2-D shape that is pruned for squares of the image. With 2 to 4 clauses
 /// pruning gains nothing, with 8 it takes nine tenths of the time, with 18 six tenths.
-const PLANE_PRUNE_MIN_CLAUSES: usize = 8;
+const MIN_PLANE_PRUNE_CLAUSES: usize = 8;
 /// Minimum number of clauses for looking up each point's cell. For 64 unordered points, the lookup takes
 /// about two thirds of the time of a program of this length. Measured savings decide whether lookups continue
-/// ([`OnDemandCells::pays_off`]).
-const ON_DEMAND_MIN_CLAUSES: usize = 32;
+/// ([`OnDemandCells::are_cheaper_than_full_tape`]).
+const MIN_ON_DEMAND_CLAUSES: usize = 32;
 
 /// Gathers the points of these keys into consecutive lanes.
 fn gather(points: &[Points], keys: &[MortonKey], to: &mut Points) {
@@ -467,7 +464,7 @@ impl Evaluator for CpuEvaluator<'_> {
             }
         });
         // Without cells the values are the same.
-        if !on_demand.pays_off() {
+        if !on_demand.are_cheaper_than_full_tape() {
             self.on_demand = None;
         }
     }
@@ -645,7 +642,7 @@ impl Evaluator for CpuEvaluator<'_> {
                 }
             }
         });
-        if !on_demand.pays_off() {
+        if !on_demand.are_cheaper_than_full_tape() {
             self.surface_on_demand = None;
         }
     }
@@ -666,7 +663,7 @@ fn surface_tape_evaluator<'a>(
 }
 
 /// Minimum number of points for which sorting is profitable.
-const SORT_MIN_POINTS: usize = 1024;
+const MIN_SORT_POINTS: usize = 1024;
 
 impl CpuEvaluator<'_> {
     /// Samples points of which each run of 64 are neighbours.
@@ -745,6 +742,14 @@ fn surface_numbers(surface: &Surface) -> [f32; SURFACE_NUMBERS] {
         z,
         surface.id,
     ]
+}
+
+/// Returns the name of this machine's threads as a device, with their arithmetic.
+pub(crate) fn cpu_device(arithmetic: &str) -> String {
+    match rayon::current_num_threads() {
+        1 => format!("1 thread, {arithmetic}"),
+        threads => format!("{threads} threads, {arithmetic}"),
+    }
 }
 
 /// The instruction set that the tape evaluator selects.

@@ -224,17 +224,17 @@ impl Projection {
 #[cfg(test)]
 pub(super) mod tests {
     use super::*;
-    use crate::cells::{CellSpec, Refine, Subdivision, build};
+    use crate::cells::{CellSpec, CellSplit, SplitRule, build};
     use crate::render::ray::camera_ray;
     use crate::render::{Axes, ResolvedLens, View};
     use sdfc_trials::random::Random;
     use sdfc_vm::listing::parse;
     use sdfc_vm::tape::Tape;
 
-    /// Subdivides the root cell and a quarter of its children.
+    /// Splits the root cell and a quarter of its children.
     struct MixedSizes;
 
-    impl Refine for MixedSizes {
+    impl SplitRule for MixedSizes {
         fn should_split(&self, region: &Aabb, _: usize, _: f32) -> bool {
             let mix = |mix: u32, v: &f32| (mix ^ v.to_bits()).wrapping_mul(0x9e37_79b1);
             let mixed = region.low.iter().fold(0, mix);
@@ -251,9 +251,9 @@ pub(super) mod tests {
         };
         let spec = CellSpec {
             region,
-            subdivision: Subdivision::Volume,
+            split: CellSplit::Volume,
             band: f32::INFINITY,
-            refine: &MixedSizes,
+            rule: &MixedSizes,
         };
         build(&program, &Tape::new(&program), &spec)
     }

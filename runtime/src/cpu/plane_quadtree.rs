@@ -16,7 +16,7 @@ use sdfc_vm::tape::trace::{Trace, Tracer};
 use sdfc_vm::tape::{Clause, Tape};
 use std::sync::{Mutex, PoisonError};
 
-/// Number of squares along a side of a subdivided square.
+/// Number of squares along a side of a split square.
 const SQUARES_PER_SIDE: usize = 8;
 /// Side of the smallest squares, in pixels.
 const SMALL_SIDE: usize = 16;
@@ -113,7 +113,7 @@ fn rows_of_squares(values: &mut [f32], width: usize, left: usize) -> Vec<Mutex<V
     squares.into_iter().map(Mutex::new).collect()
 }
 
-/// Returns the upper left pixel of a square of a subdivided square.
+/// Returns the upper left pixel of a square of a split square.
 fn square_corner([left, upper]: [usize; 2], side: usize, lane: usize) -> [usize; 2] {
     [
         left + lane % SQUARES_PER_SIDE * side,
@@ -134,7 +134,7 @@ impl SamplingJob<'_> {
         left < self.plane.size[0] && upper < self.plane.size[1]
     }
 
-    /// Runs a tape on the 64 squares of a subdivided square; returns the range of the field in each.
+    /// Runs a tape on the 64 squares of a split square; returns the range of the field in each.
     fn trace_squares(
         &self,
         tracer: &mut Tracer,

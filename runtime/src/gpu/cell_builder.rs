@@ -1,6 +1,6 @@
-//! Cells cut on the device. The cells of the first levels, cut on the CPU, are refined there level by level
-//! by the kernels of [`sdfc_shaders::interpreter::cut`]. Nothing is read back in between: a kernel writes the
-//! number of workgroups of the next dispatch. The counters are read once, after the image is done.
+//! Cells split on the device. The cells of the first levels, built on the CPU, are split there level by level
+//! by the kernels of [`sdfc_shaders::interpreter::split_cells`]. Nothing is read back in between: a kernel
+//! writes the number of workgroups of the next dispatch. The counters are read once, after the image is done.
 //!
 //! All memory is allocated beforehand, within the limits stated here and those of the device. A cell for
 //! which no memory remains keeps its parent's tape.
@@ -11,24 +11,27 @@ use super::driver::{
 };
 use crate::engine::EngineError;
 use crate::render::CellStats;
-use sdfc_shaders::interpreter::cut::{
-    self, ARGUMENTS_SLOT, COUNTERS, CutMethod, INSTRUCTION_INFO_SLOT, JOB_QUEUE_SLOT,
-    JOB_QUEUE_STATE_WORDS, SCRATCH_HEADER_WORDS, SCRATCH_SLOT,
+use sdfc_shaders::interpreter::split_cells::{
+    self, ARGUMENTS_SLOT, COUNTERS, INSTRUCTION_INFO_SLOT, JOB_QUEUE_SLOT, JOB_QUEUE_STATE_WORDS,
+    PruneMethod, SCRATCH_HEADER_WORDS, SCRATCH_SLOT,
 };
 use sdfc_shaders::interpreter::tape::{KernelRegisters, NODES_SLOT, TAPES_SLOT};
 use sdfc_shaders::interpreter::{CODE_SLOT, ConstantLayout, POOL_SLOT, ProgramStorage};
-use sdfc_shaders::layout::{CellJob, CutParams};
+use sdfc_shaders::layout::{CellJob, SplitParams};
 use sdfc_vm::program::KernelRequirements;
 
-/// Maximum number of cells that are cut: each takes a node (8 MiB together) and a slot in the job queue (1
+/// Maximum number of cells that are split: each takes a node (8 MiB together) and a slot in the job queue (1
 /// MiB).
 const MAX_NEW_NODES: u64 = 1 << 15;
-/// The words of 64 children, and the tape of the cell that is cut.
+/// The words of 64 children, and the tape of the cell that is split.
 const NODE_BYTES: u64 = 260;
-/// Capacity for tapes, in clauses per instruction of the program, clamped to [`TAPE_CLAUSES_RANGE`] (32 to
-/// 128 MiB). A thousand blended boxes at 640×360 took 3,400.
+/// Capacity for tapes, in clauses per instruction of the program, within the limits that follow. A thousand
+/// blended boxes at 640×360 took 3,400.
 const CLAUSES_PER_INSTRUCTION: u64 = 1 << 15;
-const TAPE_CLAUSES_RANGE: [u64; 2] = [1 << 22, 1 << 24];
+/// Minimum capacity for tapes, in clauses: 32 MiB.
+const MIN_TAPE_CAPACITY_CLAUSES: u64 = 1 << 22;
+/// Maximum capacity for tapes, in clauses: 128 MiB.
+const MAX_TAPE_CAPACITY_CLAUSES: u64 = 1 << 24;
 /// Maximum number of words for choices: 24 MiB.
 const MAX_CHOICE_WORDS: u64 = 6 << 20;
 /// Maximum number of clauses of the cells of one dispatch. Each of 64 invocations walks through them three
@@ -48,23 +51,23 @@ fn counter_index(name: &str) -> usize {
 }
 
 /// Bytes of the job queue before its first job.
-const QUEUE_HEADER_BYTES: u64 = (size_of::<CutParams>() + 4 * JOB_QUEUE_STATE_WORDS) as u64;
+const QUEUE_HEADER_BYTES: u64 = (size_of::<SplitParams>() + 4 * JOB_QUEUE_STATE_WORDS) as u64;
 
-/// All that determines the text of a kernel that cuts cells.
+/// All that determines the text of a kernel that splits cells.
 #[derive(Clone, Debug, PartialEq)]
-struct CutKernelKey {
+struct SplitKernelKey {
     requirements: KernelRequirements,
     registers: KernelRegisters,
     constant_layout: ConstantLayout,
     memory: ProgramStorage,
-    method: CutMethod,
+    method: PruneMethod,
 }
 
 /// Builds cells on a device, and counts them.
 #[derive(Default)]
 pub(super) struct GpuCellBuilder {
     /// Kernels by key; without a key, the kernel that plans dispatches.
-    kernels: Vec<(Option<CutKernelKey>, Kernel)>,
+    kernels: Vec<(Option<SplitKernelKey>, Kernel)>,
     instruction_info: Option<Buffer>,
     scratch: Option<Buffer>,
     arguments: Option<Buffer>,
@@ -88,8 +91,8 @@ pub(super) struct BufferFill {
     pub(super) capacity: [u32; 2],
 }
 
-/// A request to cut cells.
-pub(super) struct CutJob<'a> {
+/// A request to split cells.
+pub(super) struct SplitRequest<'a> {
     /// Metadata of all instructions.
     pub(super) instruction_info: Vec<[u32; 4]>,
     /// The registers of the kernels.
@@ -106,31 +109,31 @@ pub(super) struct CutJob<'a> {
     /// Set if cells from before an edit are revisited.
     pub(super) is_edit: bool,
     /// One entry per program.
-    pub(super) parts: Vec<ProgramCut<'a>>,
+    pub(super) parts: Vec<ProgramSplit<'a>>,
     /// Counts of the cells built on the CPU.
     pub(super) cpu_counts: CellStats,
 }
 
-/// The cells of one program that are cut.
-pub(super) struct ProgramCut<'a> {
+/// The cells of one program that are split.
+pub(super) struct ProgramSplit<'a> {
     pub(super) requirements: &'a KernelRequirements,
-    pub(super) method: CutMethod,
-    pub(super) cut: CutParams,
+    pub(super) method: PruneMethod,
+    pub(super) params: SplitParams,
     pub(super) jobs: Vec<CellJob>,
 }
 
-/// Reports whether cells are cut on a device by default: only on devices that are not the CPU.
-pub(super) fn pays_off(device: &DeviceInfo) -> bool {
+/// Reports whether cells are split on a device by default: only on devices that are not the CPU.
+pub(super) fn splits_by_default(device: &DeviceInfo) -> bool {
     device.kind != DeviceKind::Software
 }
 
-/// Reports whether a device can cut cells with tapes of these registers.
+/// Reports whether a device can split cells with tapes of these registers.
 pub(super) fn is_supported(device: &DeviceInfo, registers: KernelRegisters) -> bool {
     let limits = &device.limits;
-    limits.storage_buffers >= cut::STORAGE_BUFFERS
+    limits.storage_buffers >= split_cells::MAX_STORAGE_BUFFERS
         && limits.workgroup_invocations >= 64
         && max_buffer_bytes(device) >= QUEUE_HEADER_BYTES + size_of::<CellJob>() as u64
-        && cut::fits(registers)
+        && split_cells::fits(registers)
 }
 
 /// Maximum size of a buffer, in bytes.
@@ -141,16 +144,16 @@ fn max_buffer_bytes(device: &DeviceInfo) -> u64 {
 /// Returns the sizes of the buffers of nodes and tapes for programs of `program` instructions, in bytes. The
 /// first `filled` bytes of each are in use.
 pub(super) fn buffer_sizes(device: &DeviceInfo, filled: [u64; 2], program: usize) -> [u64; 2] {
-    let [min_clauses, max_clauses] = TAPE_CLAUSES_RANGE;
-    let clauses = (program as u64 * CLAUSES_PER_INSTRUCTION).clamp(min_clauses, max_clauses);
+    let clauses = (program as u64 * CLAUSES_PER_INSTRUCTION)
+        .clamp(MIN_TAPE_CAPACITY_CLAUSES, MAX_TAPE_CAPACITY_CLAUSES);
     let [nodes, tapes] = filled;
     let nodes = nodes.div_ceil(256) + MAX_NEW_NODES;
     [NODE_BYTES * nodes, tapes + 8 * clauses].map(|size| size.min(max_buffer_bytes(device)))
 }
 
 impl GpuCellBuilder {
-    /// Cuts cells and waits until it is done, since the next dispatch is timed.
-    pub(super) fn build(&mut self, gpu: &Gpu, job: &CutJob<'_>) -> Result<(), EngineError> {
+    /// Splits cells and waits until it is done, since the next dispatch is timed.
+    pub(super) fn build(&mut self, gpu: &Gpu, job: &SplitRequest<'_>) -> Result<(), EngineError> {
         let info = gpu.info();
         let buffer_limit = max_buffer_bytes(info);
         // Cells from before an edit stay in memory.
@@ -199,7 +202,7 @@ impl GpuCellBuilder {
                 BufferUsage::Storage,
                 bytes,
             )?;
-            let cut = CutParams {
+            let params = SplitParams {
                 node_capacity: self.capacity[0],
                 tape_capacity: self.capacity[1],
                 choice_capacity: choices as u32,
@@ -208,7 +211,7 @@ impl GpuCellBuilder {
                 clause_budget: MAX_DISPATCH_CLAUSES.min(choices / 4 * 3 / 4) as u32,
                 max_groups_per_axis: info.limits.workgroups_per_axis,
                 reserved0: 0,
-                ..part.cut
+                ..part.params
             };
             let queued_clauses: u64 = jobs
                 .iter()
@@ -220,8 +223,8 @@ impl GpuCellBuilder {
                 jobs.len() as u32,
                 queued_clauses.min(u32::MAX.into()) as u32,
             ];
-            gpu.write(&job_queue, &[cut])?;
-            gpu.write_at(&job_queue, size_of::<CutParams>() as u64, &state)?;
+            gpu.write(&job_queue, &[params])?;
+            gpu.write_at(&job_queue, size_of::<SplitParams>() as u64, &state)?;
             gpu.write_at(&job_queue, QUEUE_HEADER_BYTES, jobs)?;
 
             let shared = [(SCRATCH_SLOT, &scratch), (JOB_QUEUE_SLOT, &job_queue)];
@@ -235,8 +238,8 @@ impl GpuCellBuilder {
                 .program_buffers
                 .each_ref()
                 .map(|(binding, buffer)| (binding.slot, buffer));
-            let cut_buffers = [&shared[..], &cell_buffers, &program_buffers].concat();
-            let key = CutKernelKey {
+            let split_buffers = [&shared[..], &cell_buffers, &program_buffers].concat();
+            let key = SplitKernelKey {
                 requirements: part.requirements.clone(),
                 registers: job.registers,
                 constant_layout: job.constant_layout,
@@ -244,7 +247,7 @@ impl GpuCellBuilder {
                 method: part.method,
             };
             let plan = gpu.bind(self.kernel(gpu, None)?, &plan_buffers)?;
-            let kernel = gpu.bind(self.kernel(gpu, Some(key))?, &cut_buffers)?;
+            let kernel = gpu.bind(self.kernel(gpu, Some(key))?, &split_buffers)?;
             for _ in 0..DISPATCHES {
                 batch.dispatch(&plan, Extent::Workgroups([1, 1, 1]))?;
                 batch.dispatch_indirect(&kernel, &arguments);
@@ -267,8 +270,8 @@ impl GpuCellBuilder {
             });
             for job_queue in self.job_queues[..self.unread].iter().flatten() {
                 let front: Vec<u32> = gpu.read_first(job_queue, QUEUE_HEADER_BYTES as usize / 4)?;
-                let state = size_of::<CutParams>() / 4;
-                let queue_capacity = std::mem::offset_of!(CutParams, queue_capacity) / 4;
+                let state = size_of::<SplitParams>() / 4;
+                let queue_capacity = std::mem::offset_of!(SplitParams, queue_capacity) / 4;
                 // Jobs that still wait when no dispatch is left.
                 let listed = front[state + 2].min(front[queue_capacity]);
                 self.counts.out_of_memory += u64::from(listed.saturating_sub(front[state + 1]));
@@ -279,7 +282,7 @@ impl GpuCellBuilder {
         Ok(self.counts)
     }
 
-    /// Replaces the counts where no cells were cut on the device.
+    /// Replaces the counts where no cells were split on the device.
     pub(super) fn reset(&mut self, counts: CellStats) {
         self.unread = 0;
         self.used = None;
@@ -303,9 +306,9 @@ impl GpuCellBuilder {
         }))
     }
 
-    /// Creates the kernels that cut programs with these requirements, if they are missing and the device can
-    /// run them. The interval kernel is created only where devices cut by default: it is large, and software
-    /// takes as long to compile it as for half of all other kernels.
+    /// Creates the kernels that split cells of programs with these requirements, if they are missing and the
+    /// device can run them. The interval kernel is created only where devices split cells by default: it is
+    /// large, and software takes as long to compile it as for half of all other kernels.
     pub(super) fn warm_up(
         &mut self,
         gpu: &Gpu,
@@ -319,11 +322,11 @@ impl GpuCellBuilder {
         }
         self.kernel(gpu, None)?;
         let methods = [
-            Some(CutMethod::Lipschitz),
-            pays_off(gpu.info()).then_some(CutMethod::Interval),
+            Some(PruneMethod::Lipschitz),
+            splits_by_default(gpu.info()).then_some(PruneMethod::Interval),
         ];
         for method in methods.into_iter().flatten() {
-            let key = CutKernelKey {
+            let key = SplitKernelKey {
                 requirements: requirements.clone(),
                 registers,
                 constant_layout,
@@ -336,15 +339,15 @@ impl GpuCellBuilder {
     }
 
     /// Returns the kernel for a key; without a key, the one that plans dispatches.
-    fn kernel(&mut self, gpu: &Gpu, key: Option<CutKernelKey>) -> Result<&Kernel, EngineError> {
+    fn kernel(&mut self, gpu: &Gpu, key: Option<SplitKernelKey>) -> Result<&Kernel, EngineError> {
         let cached = self.kernels.iter().position(|(cached, _)| *cached == key);
         let index = match cached {
             Some(index) => index,
             None => {
                 let (label, wgsl) = match &key {
                     Some(key) => (
-                        "cut",
-                        cut::kernel(
+                        "split_cells",
+                        split_cells::kernel(
                             &key.requirements,
                             key.registers,
                             key.constant_layout,
@@ -352,7 +355,7 @@ impl GpuCellBuilder {
                             key.method,
                         ),
                     ),
-                    None => ("cut_plan", cut::plan()),
+                    None => ("plan_split", split_cells::plan()),
                 };
                 let kernel = gpu.kernel(&KernelSource {
                     label,
@@ -373,7 +376,7 @@ impl GpuCellBuilder {
 }
 
 /// The bindings of the kernel for a key; without a key, of the one that plans dispatches.
-fn bindings(key: Option<&CutKernelKey>) -> Vec<BufferBinding> {
+fn bindings(key: Option<&SplitKernelKey>) -> Vec<BufferBinding> {
     let binding = |access| move |slot| BufferBinding { slot, access };
     let write = binding(BindingAccess::StorageReadWrite);
     let mut bindings = [SCRATCH_SLOT, JOB_QUEUE_SLOT].map(write).to_vec();
@@ -408,7 +411,7 @@ fn ensure_capacity(
     }
     // The old buffer is dropped first: both together may exceed the memory.
     *slot = None;
-    let buffer = gpu.buffer("cutting", usage, size)?;
+    let buffer = gpu.buffer("split_cells", usage, size)?;
     *slot = Some(buffer.clone());
     Ok(buffer)
 }

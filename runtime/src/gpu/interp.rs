@@ -3,8 +3,8 @@
 //! so an edit is a write to a buffer.
 //!
 //! If cells are profitable, the kernel runs tapes ([`sdfc_shaders::interpreter::tape`]), and each render
-//! begins by cutting its part of space ([`cells`]). Cells are cut on the CPU, or, where kernels run on
-//! another processor, on the device after the first levels ([`super::cell_builder`]).
+//! begins by splitting its part of space into cells ([`cells`]). They are split on the CPU, or, where kernels
+//! run on another processor, on the device after the first levels ([`super::cell_builder`]).
 //!
 //! In *generic* mode kernels run any scene's tape, with or without cells; without cells, the tape of the
 //! whole program is used everywhere. No scene then needs another kernel, except one whose tapes take more
@@ -20,9 +20,9 @@ use crate::cells::policy;
 use crate::cells::{GpuCells, required_registers};
 use crate::engine::{EngineError, EngineKind, SceneInput};
 use crate::render::{CellMode, CellStats, RenderJob};
-use cells::{CacheKey, CellCache, CellUpload, DeferredCut};
+use cells::{CacheKey, CellCache, CellUpload, DeferredSplit};
 use sdfc_shaders::assemble::SceneFunction;
-use sdfc_shaders::interpreter::cut::{instruction_info, mark_changed};
+use sdfc_shaders::interpreter::split_cells::{instruction_info, mark_changed};
 use sdfc_shaders::interpreter::tape::{self, GRID_SLOT, KernelRegisters, NODES_SLOT, TAPES_SLOT};
 use sdfc_shaders::interpreter::{
     CODE_SLOT, ConstantLayout, InterpreterFunction, POOL_SLOT, PROGRAM_RANGES_SLOT, ProgramStorage,
@@ -166,7 +166,7 @@ impl GpuScene for Interpreter {
                 && match job.cells {
                     CellMode::Gpu => true,
                     CellMode::Cpu => false,
-                    _ => cell_builder::pays_off(gpu.info()),
+                    _ => cell_builder::splits_by_default(gpu.info()),
                 };
             Some((registers, CacheKey::for_job(job, on_device)?))
         });
@@ -514,7 +514,7 @@ impl Interpreter {
             .collect()
     }
 
-    /// Uploads cells, and cuts the deferred ones on the device.
+    /// Uploads cells, and splits the deferred ones on the device.
     fn bind_cells(&mut self, gpu: &Gpu, upload: CellUpload) -> Result<(), EngineError> {
         let CellUpload {
             packed,
@@ -585,11 +585,11 @@ impl Interpreter {
             self.cell_builder.reset(packed.counts);
             return Ok(());
         }
-        let requirements = |part: &DeferredCut| match &self.surface {
+        let requirements = |part: &DeferredSplit| match &self.surface {
             Some(surface) if part.is_surface => surface,
             _ => &self.distance,
         };
-        let job = cell_builder::CutJob {
+        let job = cell_builder::SplitRequest {
             instruction_info,
             registers: packed.registers,
             constant_layout,
@@ -601,10 +601,10 @@ impl Interpreter {
             is_edit: changed.is_some(),
             parts: parts
                 .iter()
-                .map(|part| cell_builder::ProgramCut {
+                .map(|part| cell_builder::ProgramSplit {
                     requirements: requirements(part),
                     method: part.method,
-                    cut: part.cut,
+                    params: part.params,
                     jobs: part.jobs(),
                 })
                 .collect(),

@@ -52,7 +52,7 @@ pub(super) trait GpuScene: Sized {
     fn source(&self, functions: &[SceneFunction]) -> SceneWgsl;
     /// The buffers declared by [`GpuScene::source`].
     fn buffers(&self) -> &[(BufferBinding, Buffer)];
-    /// Counts of the cells cut for the last image.
+    /// Counts of the cells split for the last image.
     fn cells(&mut self, _gpu: &Gpu) -> Result<CellStats, EngineError> {
         Ok(CellStats::default())
     }

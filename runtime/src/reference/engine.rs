@@ -6,7 +6,7 @@
 //! `f32`, as on the CPU. Queried distances and gradients are computed in `f64`.
 
 use super::{Outcome, RayEnd, ReferenceCamera, ReferenceField, ReferenceTracer, TraceOptions};
-use crate::cpu::engine::{CpuEngine, CpuScene};
+use crate::cpu::engine::{CpuEngine, CpuScene, cpu_device};
 use crate::cpu::{self, Evaluator, F32x64, FieldFacts, Points, Query, RenderField, SurfaceBlock};
 use crate::engine::{Engine, EngineError, EngineKind, FieldSample, SceneInput};
 use crate::render::{
@@ -36,10 +36,7 @@ impl Engine for ReferenceEngine {
     }
 
     fn device(&self) -> String {
-        match rayon::current_num_threads() {
-            1 => "1 thread, f64 intervals".to_owned(),
-            threads => format!("{threads} threads, f64 intervals"),
-        }
+        cpu_device("f64 intervals")
     }
 
     fn load(&mut self, scene: &SceneInput<'_>) -> Result<(), EngineError> {

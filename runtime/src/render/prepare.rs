@@ -262,7 +262,7 @@ pub fn prepare(settings: &RenderSettings, facts: &FieldFacts) -> RenderJob {
 }
 
 /// Minimum ratio of distance to size from which a camera counts as far away from a scene.
-const FAR_DISTANCE_IN_SIZES: f64 = 32.0;
+const MIN_FAR_DISTANCE_IN_SIZES: f64 = 32.0;
 
 /// The distance from the camera at which rays start. For a far camera (a telescope, a camera at 1e6) they
 /// start on a plane near the scene, so that `f32` keeps its full precision there. Otherwise they start at the
@@ -276,7 +276,7 @@ fn approach(settings: &RenderSettings, facts: &FieldFacts, forward: [f64; 3]) ->
     let distance = centre_depth(settings, facts, forward) - 2.0 * radius;
     // If rays end inside the scene, so do shadows; then the start is not moved.
     let reaches_past_scene = settings.far > distance + 4.0 * radius;
-    if radius > 0.0 && distance > FAR_DISTANCE_IN_SIZES * radius && reaches_past_scene {
+    if radius > 0.0 && distance > MIN_FAR_DISTANCE_IN_SIZES * radius && reaches_past_scene {
         distance
     } else {
         0.0

@@ -12,9 +12,12 @@ use sdfc_vm::vector::V3;
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
 
-/// Number of evaluated instructions that sets the number of boxes and points, and limits of that number.
+/// Number of evaluated instructions that sets the number of boxes and points.
 const MAX_INSTRUCTIONS: usize = 20_000;
-const BOX_COUNT_LIMITS: [usize; 2] = [48, 900];
+/// Minimum number of boxes, for long programs.
+const MIN_BOXES: usize = 48;
+/// Maximum number of boxes.
+const MAX_BOXES: usize = 900;
 /// The search ends when the bound is at most this many times the largest error found.
 const MAX_GAP_RATIO: f64 = 1.5;
 
@@ -116,9 +119,8 @@ pub(super) fn max_error(
     let root = std::array::from_fn(|i| Interval::between(region.min[i], region.max[i]));
     let mut queue: BinaryHeap<SearchBox> = bounded_box(root).into_iter().collect();
     let mut bound_of_finished = None::<f64>;
-    let [min_boxes, max_boxes] = BOX_COUNT_LIMITS;
     let mut remaining_boxes =
-        (MAX_INSTRUCTIONS / program.code.len().max(1)).clamp(min_boxes, max_boxes);
+        (MAX_INSTRUCTIONS / program.code.len().max(1)).clamp(MIN_BOXES, MAX_BOXES);
     while let Some(search_box) = queue.pop() {
         remaining_boxes = remaining_boxes.saturating_sub(3);
         let halves = bisect(&search_box.region_box);

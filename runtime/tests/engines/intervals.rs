@@ -1,4 +1,4 @@
-//! Bounds over boxes, as devices compute them to cut cells: every operation of the table, every blend and
+//! Bounds over boxes, as devices compute them to split cells: every operation of the table, every blend and
 //! every frame, on random boxes. The bounds contain the values at points of the box: those of the same
 //! device, those of the CPU in `f32`, and those of the formula in real numbers.
 
@@ -6,8 +6,8 @@ use crate::scenes::gpu;
 use sdfc_runtime::gpu::{BindingAccess, BufferBinding, BufferUsage, Extent, Gpu, KernelSource};
 use sdfc_trials::random::Random;
 use sdfc_vm::apply::{Apply, OpResult, apply, pack_parameters, wgsl_name};
+use sdfc_vm::blend::BlendKernel;
 use sdfc_vm::interval::FloatInterval;
-use sdfc_vm::kernel::BlendKernel;
 use sdfc_vm::real::Real;
 use sdfc_vm::row::{Input, Output, ParameterType};
 use sdfc_vm::table::{Op, ROWS};

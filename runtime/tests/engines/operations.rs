@@ -1,7 +1,7 @@
 //! Every operation of the table, in the interpreter and on the CPU.
 
 use crate::scenes::{cpu, interp, loaded, module_of};
-use sdfc_vm::kernel::BlendKernel;
+use sdfc_vm::blend::BlendKernel;
 use sdfc_vm::pool::{PoolBuilder, PoolNumber};
 use sdfc_vm::program::{Code, Destination, Instruction, Program};
 use sdfc_vm::row::Output;

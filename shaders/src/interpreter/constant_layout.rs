@@ -33,7 +33,9 @@ impl ConstantLayout {
             (false, false) => 0,
         };
         Self {
-            operand: u32::from(requirements.constant_operands || !requirements.kernels.is_empty()),
+            operand: u32::from(
+                requirements.constant_operands || !requirements.blend_kernels.is_empty(),
+            ),
             transform,
             parameters: max_pool_width(requirements) as u32,
         }

@@ -1,10 +1,10 @@
 //! The shared text of both interpreters: an instruction's point transform, its operation and its blends.
 
 use sdfc_vm::apply::wgsl_name;
-use sdfc_vm::kernel::BlendKernel;
+use sdfc_vm::blend::BlendKernel;
+use sdfc_vm::material_weights::tie_sign;
 use sdfc_vm::program::{Code, KernelRequirements};
 use sdfc_vm::row::{Category, Input, Output, ParameterType};
-use sdfc_vm::surface::tie_sign;
 use sdfc_vm::table::{Op, Row};
 use sdfc_vm::wgsl_library::{GUARD_NAME, WgslLibrary, blend_name};
 use std::fmt::Write;
@@ -397,12 +397,12 @@ pub(super) fn emit_blends(
     line: &mut impl FnMut(usize, &str),
 ) {
     line(2, "var blended = result;");
-    for &kernel in &requirements.kernels {
+    for &kernel in &requirements.blend_kernels {
         let call = blend(kernel, numbers, library, "accumulator", "result");
         line(
             2,
             &format!(
-                "blended = select(blended, {call}, kernel == {}u);",
+                "blended = select(blended, {call}, blend_kernel == {}u);",
                 kernel.number()
             ),
         );
@@ -416,23 +416,23 @@ pub(super) fn emit_surface_blend(
     library: &mut WgslLibrary,
     line: &mut impl FnMut(usize, &str),
 ) {
-    if requirements.kernels.is_empty() {
+    if requirements.blend_kernels.is_empty() {
         return;
     }
     library.use_mixed_surface();
-    line(2, "if kernel != 0u {");
+    line(2, "if blend_kernel != 0u {");
     line(
         3,
         "let seed_a = first_seed(accumulator, result, tie * c.x);",
     );
     line(3, "let seed_b = vec4f(0.0, 1.0, 0.0, result.w);");
     line(3, "var weights = vec4f();");
-    for &kernel in &requirements.kernels {
+    for &kernel in &requirements.blend_kernels {
         let call = blend(kernel, NumberKind::Gradients, library, "seed_a", "seed_b");
         line(
             3,
             &format!(
-                "weights = select(weights, {call}, kernel == {}u);",
+                "weights = select(weights, {call}, blend_kernel == {}u);",
                 kernel.number()
             ),
         );

@@ -22,8 +22,8 @@ use super::operation::{
 };
 use super::{ConstantLayout, InterpreterFunction, code_bindings};
 use crate::layout::GridUniforms;
+use sdfc_vm::material_weights::tie_wgsl;
 use sdfc_vm::program::{Code, KernelRequirements};
-use sdfc_vm::surface::tie_wgsl;
 use sdfc_vm::tape::{Clause, ClauseKind};
 use sdfc_vm::wgsl_library::WgslLibrary;
 use std::fmt::Write;
@@ -284,7 +284,7 @@ pub(super) fn emit_clause(
         let offset = layout.parameters_offset() + k as u32;
         line(2, &format!("let k{k} = pool[constants + {offset}u];"));
     }
-    if requirements.constant_operands || !requirements.kernels.is_empty() {
+    if requirements.constant_operands || !requirements.blend_kernels.is_empty() {
         line(2, "let c = pool[constants];");
     }
     if has_points_array {
@@ -355,7 +355,7 @@ pub(super) fn emit_clause(
         2,
         &format!("if kind == 2u || kind == 5u {{ result = {negated}; }}"),
     );
-    if !requirements.kernels.is_empty() {
+    if !requirements.blend_kernels.is_empty() {
         line(2, &format!("let r_accumulator = {};", register(1)));
         line(
             2,
@@ -366,7 +366,7 @@ pub(super) fn emit_clause(
         );
         line(
             2,
-            "let kernel = select(0u, (word >> 8u) & 7u, kind == 0u || kind == 3u);",
+            "let blend_kernel = select(0u, (word >> 8u) & 7u, kind == 0u || kind == 3u);",
         );
     }
     emit_blends(requirements, numbers, library, line);

@@ -9,8 +9,8 @@ use std::thread::sleep;
 use std::time::{Duration, Instant};
 use std::{env, fs};
 
-/// The longest that tests may take with a fault, beyond ten times what they take without.
-const PATIENCE: Duration = Duration::from_secs(60);
+/// Maximum duration of tests with a fault, beyond ten times what they take without.
+const MAX_EXTRA_DURATION: Duration = Duration::from_secs(60);
 
 /// The outcome of a fault.
 #[derive(Debug, PartialEq)]
@@ -97,7 +97,7 @@ impl Binaries {
     pub fn try_fault(&self, fault: &Fault) -> Result<Outcome, String> {
         for tests in &fault.tests {
             let known = self.times.iter().find(|(known, _)| known == tests);
-            let limit = known.map_or(Duration::ZERO, |&(_, time)| time * 10) + PATIENCE;
+            let limit = known.map_or(Duration::ZERO, |&(_, time)| time * 10) + MAX_EXTRA_DURATION;
             if let Some(failure) = self.run(tests, fault.number(), limit)? {
                 return Ok(Outcome::Noticed(failure));
             }

@@ -229,7 +229,7 @@ fn no_surface_lies_where_nothing_is_kept() {
     assert!(count > 10_000, "only {count} points near zeros");
 }
 
-/// Planes as raw fields, and the corner of the cube that is subdivided. Gradient bounds are exact for
+/// Planes as raw fields, and the corner of the cube that is split. Gradient bounds are exact for
 /// planes.
 const PLANES: [(&str, f32); 6] = [
     ("2 * p.x + 3 * p.y + p.z - 0.31", 0.0),

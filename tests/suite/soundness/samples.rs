@@ -3,7 +3,7 @@
 use crate::corpus::{compiled, name, on_large_stack, scenes};
 use crate::strangers;
 use sdfc_compiler::passes::PassOptions;
-use sdfc_runtime::cells::{Aabb, CellSpec, Cells, Refine, Subdivision, build};
+use sdfc_runtime::cells::{Aabb, CellSpec, CellSplit, Cells, SplitRule, build};
 use sdfc_trials::random::Random;
 use sdfc_vm::lanes::{F32x64, LANES, Points};
 use sdfc_vm::program::Program;
@@ -11,7 +11,7 @@ use sdfc_vm::tape::evaluator::TapeEvaluator;
 use sdfc_vm::tape::{Clause, Tape};
 use std::path::{Path, PathBuf};
 
-/// Side of the subdivided box of unbounded scenes.
+/// Side of the split box of unbounded scenes.
 const ENDLESS_SIDE: f32 = 24.0;
 /// Number of levels of cells, with 64 children each.
 pub(super) const LEVELS: i32 = 3;
@@ -29,7 +29,7 @@ pub(super) struct Field {
 impl Field {
     /// Creates the field of a program within a scene's bounds.
     pub(super) fn new(name: String, program: Program, low: [f64; 3], high: [f64; 3]) -> Self {
-        // Only a part of unbounded scenes is subdivided.
+        // Only a part of unbounded scenes is split.
         let sides: [[f32; 2]; 3] = std::array::from_fn(|axis| {
             let (low, high) = (low[axis] as f32, high[axis] as f32);
             match (low.is_finite(), high.is_finite()) {
@@ -71,9 +71,9 @@ impl Field {
             &self.tape,
             &CellSpec {
                 region: self.region,
-                subdivision: Subdivision::Volume,
+                split: CellSplit::Volume,
                 band,
-                refine: &DownToSide(side),
+                rule: &DownToSide(side),
             },
         )
     }
@@ -95,10 +95,10 @@ impl Field {
     }
 }
 
-/// Subdivides cells down to a side length.
+/// Splits cells down to a side length.
 struct DownToSide(f32);
 
-impl Refine for DownToSide {
+impl SplitRule for DownToSide {
     fn should_split(&self, region: &Aabb, _: usize, _: f32) -> bool {
         region.longest_side() > self.0
     }

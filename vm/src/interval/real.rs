@@ -1,6 +1,6 @@
 //! The operations of intervals as numbers.
 
-use super::{End, GenericInterval, NOISE_CURVATURE, Tristate};
+use super::{End, GenericInterval, MAX_NOISE_CURVATURE, Tristate};
 use crate::real::{Real, eased, lit};
 use crate::vector::V3;
 
@@ -145,8 +145,8 @@ impl<E: End> Real for GenericInterval<E> {
     /// Returns bounds that hold everywhere.
     fn noise_curvature(_: V3<Self>, _: Self) -> [V3<Self>; 3] {
         let any = GenericInterval {
-            lo: lit(-NOISE_CURVATURE),
-            hi: lit(NOISE_CURVATURE),
+            lo: lit(-MAX_NOISE_CURVATURE),
+            hi: lit(MAX_NOISE_CURVATURE),
         };
         [V3::new(any, any, any); 3]
     }

@@ -4,11 +4,11 @@ use super::{
     F32x64, LANES, Lane, OpInputs, Operation, Points, Rows, SimdLevel, SimdOps, for_each_lane,
 };
 use crate::apply::{Apply, OpResult, ParameterReader, read_parameter};
+use crate::blend::BlendKernel;
 use crate::dual::{Dual, DualVec3};
 use crate::ellipsoid;
 use crate::evaluate;
 use crate::interval::FloatInterval;
-use crate::kernel::BlendKernel;
 use crate::ops::{combine, dimension, distance, domain, math, shapes, shapes2};
 use crate::real::Vector3;
 use crate::table::{Op, for_each_operation};

@@ -1,10 +1,10 @@
 //! Combinations of two distances: hard and smooth set operations.
 //!
-//! All those based on a minimum are one formula with a kernel, see [`crate::kernel`]; the bodies here write
+//! All those based on a minimum are one formula with a kernel, see [`crate::blend`]; the bodies here write
 //! it out for each sign. A smooth operation's argument in a scene is the thickness: the largest offset of
 //! the blend, which occurs where both operands are equal.
 
-use crate::kernel::BlendKernel;
+use crate::blend::BlendKernel;
 use crate::real::{Real, Vector2, Vector3, lit};
 
 /// The union: the smaller distance.

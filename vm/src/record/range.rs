@@ -8,7 +8,7 @@ use super::{
     ARENA, Bool, Kind, Recorded, RecordedNode, RecordedType, Scalar, Vec3, call, component, is_one,
     is_zero, push, set_name,
 };
-use crate::interval::NOISE_SLOPE;
+use crate::interval::MAX_NOISE_SLOPE;
 use crate::real::{Real, Vector3, lit};
 use crate::vector::{V2, V3};
 use crate::wgsl_interval::{UNBOUNDED, WgslInterval, WgslTristate};
@@ -229,7 +229,7 @@ impl Real for RecordedInterval {
         }
     }
     fn noise_gradient(p: V3<Self>, seed: Self) -> (Self, V3<Self>) {
-        let slope = Self::literals(-NOISE_SLOPE, NOISE_SLOPE);
+        let slope = Self::literals(-MAX_NOISE_SLOPE, MAX_NOISE_SLOPE);
         (Self::noise(p, seed), V3::new(slope, slope, slope))
     }
     fn ellipsoid(p: V3<Self>, r: V3<Self>) -> Self {

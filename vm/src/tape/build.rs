@@ -2,7 +2,7 @@
 //! first pruning pass, which drops no live clause, then reduces the number of registers.
 
 use super::{Clause, ClauseKind, flags};
-use crate::kernel::BlendKernel;
+use crate::blend::BlendKernel;
 use crate::program::{Code, Destination, Instruction, Operands, PointTransform, Program};
 use crate::table::Op;
 

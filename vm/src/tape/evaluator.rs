@@ -5,7 +5,7 @@
 //! ([`crate::surface`]) or records the choices that pruning needs ([`super::trace`]).
 
 use super::{Clause, ClauseKind, flags};
-use crate::kernel::BlendKernel;
+use crate::blend::BlendKernel;
 use crate::lanes::{Lane, OpInputs, SimdLevel, SimdOps};
 use crate::program::{Code, Destination, Operands, PointTransform, Program};
 use crate::table::Op;

@@ -9,9 +9,9 @@ use super::evaluator::hard_blend_constants;
 use super::prune::Choice;
 use super::{Clause, ClauseKind, flags};
 use crate::apply::{Apply, OpResult, apply};
+use crate::blend::BlendKernel;
 use crate::evaluate::{constants, transformed};
 use crate::interval::Interval;
-use crate::kernel::BlendKernel;
 use crate::program::{Code, Destination, Operands, Program};
 use crate::real::Real;
 

@@ -3,8 +3,8 @@
 
 use crate::fixture::{Case, Random, cases, constants};
 use sdfc_vm::apply::{OpResult, apply};
+use sdfc_vm::blend::BlendKernel;
 use sdfc_vm::dual::{Dual, DualVec3};
-use sdfc_vm::kernel::BlendKernel;
 use sdfc_vm::row::Category;
 use sdfc_vm::table::{Op, ROWS};
 use sdfc_vm::vector::V3;

@@ -1,8 +1,8 @@
 //! No point of a shape lies outside its bounding volume.
 
 use crate::fixture::{Case, Point, Random, cases, distance, is_math, is_shape, length, tries};
+use sdfc_vm::blend::BlendKernel;
 use sdfc_vm::bounds::Bounds;
-use sdfc_vm::kernel::BlendKernel;
 use sdfc_vm::row::{BoundsRule, Category, Exactness, Output};
 use sdfc_vm::table::Op;
 

@@ -95,9 +95,9 @@ fn noise_is_what_it_says() {
         let at = |x: f64, y: f64, z: f64| f64::noise_gradient(V3::new(x, y, z), 3.0);
         let (v, g) = at(p[0], p[1], p[2]);
         assert!(v.abs() < 1.5);
-        assert!(g.x.abs().max(g.y.abs()).max(g.z.abs()) < sdfc_vm::interval::NOISE_SLOPE);
+        assert!(g.x.abs().max(g.y.abs()).max(g.z.abs()) < sdfc_vm::interval::MAX_NOISE_SLOPE);
         let length = (g.x * g.x + g.y * g.y + g.z * g.z).sqrt();
-        assert!(length < sdfc_vm::interval::NOISE_STEEPNESS);
+        assert!(length < sdfc_vm::interval::MAX_NOISE_STEEPNESS);
         let h = 1e-6;
         let along = (at(p[0] + h, p[1], p[2]).0 - at(p[0] - h, p[1], p[2]).0) / (2.0 * h);
         assert!((along - g.x).abs() < 1e-5, "{along}, {}", g.x);
@@ -108,7 +108,10 @@ fn noise_is_what_it_says() {
         let curvature = f64::noise_curvature(V3::new(p[0], p[1], p[2]), 3.0);
         for row in curvature {
             let largest = row.x.abs().max(row.y.abs()).max(row.z.abs());
-            assert!(largest < sdfc_vm::interval::NOISE_CURVATURE, "{largest}");
+            assert!(
+                largest < sdfc_vm::interval::MAX_NOISE_CURVATURE,
+                "{largest}"
+            );
         }
         let beside = at(p[0] + h, p[1], p[2]).1;
         let bent = (beside.y - at(p[0] - h, p[1], p[2]).1.y) / (2.0 * h);

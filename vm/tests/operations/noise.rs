@@ -15,7 +15,7 @@
 
 use crate::fixture::Random;
 use sdfc_vm::elementary::perlin;
-use sdfc_vm::interval::{NOISE_SLOPE, NOISE_STEEPNESS};
+use sdfc_vm::interval::{MAX_NOISE_SLOPE, MAX_NOISE_STEEPNESS};
 use sdfc_vm::vector::V3;
 use std::f64::consts::FRAC_1_SQRT_2;
 
@@ -179,7 +179,7 @@ fn noise_is_no_steeper_than_is_said() {
         boxes += 1;
         assert!(boxes < 100_000, "no proof at {places:?}");
         let corners = matrices(places);
-        if holds(&corners, [-1.0, 1.0], [-1.0, 1.0], NOISE_STEEPNESS, 4) {
+        if holds(&corners, [-1.0, 1.0], [-1.0, 1.0], MAX_NOISE_STEEPNESS, 4) {
             continue;
         }
         let size = |i: usize| places[i][1] - places[i][0];
@@ -197,7 +197,7 @@ fn noise_is_no_steeper_than_is_said() {
         }
     }
     // The slope along an axis is at most that in any direction.
-    const { assert!(NOISE_SLOPE >= NOISE_STEEPNESS) };
+    const { assert!(MAX_NOISE_SLOPE >= MAX_NOISE_STEEPNESS) };
 }
 
 /// The value is the sum over the corners of the weight times g · (p − c).
@@ -242,8 +242,8 @@ fn noise_comes_near_to_what_is_said() {
         steepest = steepest.max(slope.x.hypot(slope.y).hypot(slope.z));
         highest = highest.max(value.abs());
     }
-    assert!(steepest <= NOISE_STEEPNESS, "{steepest}");
-    assert!(steepest > 0.8 * NOISE_STEEPNESS, "{steepest}");
+    assert!(steepest <= MAX_NOISE_STEEPNESS, "{steepest}");
+    assert!(steepest > 0.8 * MAX_NOISE_STEEPNESS, "{steepest}");
     assert!(highest < 1.0, "{highest}");
 }
 

@@ -2,13 +2,13 @@
 
 use crate::fixture::Random;
 use sdfc_vm::elementary::{arctangent, cosine, exponential, logarithm, perlin, sine};
-use sdfc_vm::interval::{FloatInterval, NOISE_STEEPNESS};
+use sdfc_vm::interval::{FloatInterval, MAX_NOISE_STEEPNESS};
 use sdfc_vm::real::{Real, Vector3};
 use sdfc_vm::vector::V3;
 use sdfc_vm::wgsl_interval::{self, WgslInterval};
 
 /// Maximum length of a run of neighbouring numbers.
-const RUN: usize = 12;
+const MAX_RUN_LENGTH: usize = 12;
 
 /// Asserts that intervals of a few neighbours contain the function's values, and that the ends' values
 /// alone would not do so in every case.
@@ -34,7 +34,7 @@ fn check_held(
     let mut needed = 0;
     for _ in 0..20_000 {
         let first = arguments(&mut random);
-        let length = 2 + (random.unit() * (RUN - 1) as f64) as usize;
+        let length = 2 + (random.unit() * (MAX_RUN_LENGTH - 1) as f64) as usize;
         let mut run = vec![first];
         run.extend((1..length).scan(first, |v, _| {
             *v = v.next_up();
@@ -66,7 +66,7 @@ fn one_of(random: &mut Random, any: f64, seam: f64) -> f32 {
     match random.unit() < 0.5 {
         true => any as f32,
         false => {
-            let steps = (random.unit() * RUN as f64 / 2.0) as usize;
+            let steps = (random.unit() * MAX_RUN_LENGTH as f64 / 2.0) as usize;
             (0..steps).fold(seam as f32, |v, _| v.next_down())
         }
     }
@@ -189,7 +189,7 @@ fn noise_leaves_its_middle_as_steeply_as_it_can() {
         }
     }
     let (p, slope, length) = steepest;
-    assert!(length > 0.78 * NOISE_STEEPNESS, "{length}");
+    assert!(length > 0.78 * MAX_NOISE_STEEPNESS, "{length}");
     let offset = 0.02 / length;
     let [a, b] = [-offset, offset]
         .map(|offset| [0, 1, 2].map(|i| (p[i] + [slope.x, slope.y, slope.z][i] * offset) as f32));

@@ -21,6 +21,7 @@ use crate::analysis::param_ranges::ParamRanges;
 use crate::expression::{ExprId, Expression, Expressions};
 use crate::scene::NOWHERE;
 use crate::uniforms::{operands_first, rewrite_number};
+use glam::DVec3;
 use sdfc_vm::bounds::Bounds;
 use sdfc_vm::dual::Dual;
 use sdfc_vm::table::Op;
@@ -194,42 +195,41 @@ fn distances_by_bounds(
 /// distance.
 fn nearest_surface_point(
     search: &mut SlopeSearch,
-    mut point: [f64; 3],
+    mut point: DVec3,
     surface: JumpSurface,
-) -> Option<([f64; 3], [f64; 3], f64)> {
+) -> Option<(DVec3, DVec3, f64)> {
     let mut goal = None;
     for _ in 0..MAX_NEWTON_STEPS {
-        let dual = search.duals_at(point).next()?;
-        let Dual { value, gradient } = dual;
+        let dual = search.duals_at(point.into()).next()?;
+        let (value, gradient) = (dual.value, gradient(dual));
         let goal = *goal.get_or_insert(if surface == JumpSurface::Integers {
             value.round()
         } else {
             0.0
         });
-        let size = length(dual);
+        let size = gradient.length();
         let step_factor = (goal - value) / (size * size);
         if !step_factor.is_finite() {
             return None;
         }
         let distance = step_factor.abs() * size;
         if distance <= SURFACE_TOLERANCE * coordinate_scale(point) {
-            let normal = [gradient.x, gradient.y, gradient.z].map(|component| component / size);
-            return Some((point, normal, distance));
+            return Some((point, gradient / size, distance));
         }
-        let step = [gradient.x, gradient.y, gradient.z].map(|component| component * step_factor);
-        point = std::array::from_fn(|axis| point[axis] + step[axis]);
+        point += gradient * step_factor;
     }
     None
 }
 
-/// Returns the length of a number's gradient.
-fn length(Dual { gradient, .. }: Dual<f64>) -> f64 {
-    (gradient.x.powi(2) + gradient.y.powi(2) + gradient.z.powi(2)).sqrt()
+/// Returns the gradient of a number.
+fn gradient(Dual { gradient, .. }: Dual<f64>) -> DVec3 {
+    DVec3::new(gradient.x, gradient.y, gradient.z)
 }
 
 /// Returns the magnitude of the coordinates of a point.
-fn coordinate_scale(point: [f64; 3]) -> f64 {
+fn coordinate_scale(point: DVec3) -> f64 {
     point
+        .to_array()
         .iter()
         .fold(1.0, |largest: f64, v| largest.max(v.abs()))
 }
@@ -302,14 +302,14 @@ impl StepBuilder<'_> {
         for point in sample_points(region).take(max_points) {
             let mut is_sampled = false;
             let Some((point, direction, error)) =
-                nearest_surface_point(&mut surface_search, point, jump.surface)
+                nearest_surface_point(&mut surface_search, point.into(), jump.surface)
             else {
                 continue;
             };
             let is_inside = (0..3).all(|i| region.min[i] <= point[i] && point[i] <= region.max[i]);
             // Where the second number is positive, the angle is continuous.
             let is_continuous = surface_search
-                .duals_at(point)
+                .duals_at(point.into())
                 .nth(1)
                 .is_some_and(|other| other.value >= 0.0);
             if !is_inside || is_continuous {
@@ -317,14 +317,18 @@ impl StepBuilder<'_> {
                 continue;
             }
             // A value that holds on the surface only is not sampled: samples are beside it.
-            let offset = direction.map(|along| along * SIDE_OFFSET * coordinate_scale(point));
+            let offset = direction * SIDE_OFFSET * coordinate_scale(point);
             for side in [1.0, -1.0] {
-                let side_point = std::array::from_fn(|axis| point[axis] + side * offset[axis]);
-                let duals: Vec<Dual<f64>> = sides.duals_at(side_point).collect();
+                let side_point = point + offset * side;
+                let duals: Vec<Dual<f64>> = sides.duals_at(side_point.into()).collect();
                 let &[near_side, far_side] = duals.as_slice() else {
                     continue;
                 };
-                let slope = slope_bound.unwrap_or_else(|| length(near_side).max(length(far_side)));
+                let slope = slope_bound.unwrap_or_else(|| {
+                    gradient(near_side)
+                        .length()
+                        .max(gradient(far_side).length())
+                });
                 let (near_side, far_side) = (near_side.value, far_side.value);
                 let error = error + SIDE_OFFSET * coordinate_scale(point);
                 let rounding = ROUNDING_FRACTION * (1.0 + near_side.abs().max(far_side.abs()));

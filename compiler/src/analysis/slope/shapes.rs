@@ -7,7 +7,7 @@
 
 use super::region_bounds::RegionBounds;
 use super::{
-    Budget, CappedField, LOOSE_FACTOR, SlopeScope, capped_field, estimated_slope,
+    Budget, CappedField, MAX_SLOPE_RATIO, SlopeScope, capped_field, estimated_slope,
     has_discontinuities, pieces, slope_bound, steepest_sample,
 };
 use crate::analysis::bounds::ShapeBounds;
@@ -163,7 +163,7 @@ impl ShapeSlopes {
             budget: &mut self.budget,
         };
         let usual = region_bounds.median_slope(expressions, number);
-        usual.is_some_and(|usual| bound > usual * LOOSE_FACTOR)
+        usual.is_some_and(|usual| bound > usual * MAX_SLOPE_RATIO)
     }
 
     /// Returns a written number with discontinuities, as a step that is safe in a region; see

@@ -10,9 +10,9 @@
 use crate::analysis::bounds::inverse;
 use crate::graph::{Graph, GraphNode, GraphNumber, NodeId};
 use sdfc_vm::apply::{OpResult, apply, pack_parameters};
+use sdfc_vm::blend::Blend;
 use sdfc_vm::bounds::Bounds;
 use sdfc_vm::interval::Interval;
-use sdfc_vm::kernel::Blend;
 use sdfc_vm::row::{BoundsRule, Category, Exactness};
 use sdfc_vm::table::Op;
 use sdfc_vm::vector::V3;

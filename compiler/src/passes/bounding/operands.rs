@@ -2,7 +2,7 @@
 
 use super::influence::constants;
 use crate::graph::{Graph, GraphNode, GraphNumber, NodeId};
-use sdfc_vm::kernel::Blend;
+use sdfc_vm::blend::Blend;
 use sdfc_vm::row::Category;
 use sdfc_vm::table::Op;
 use std::collections::HashMap;

@@ -5,7 +5,7 @@ use super::{LodTarget, in_world};
 use crate::graph::{Graph, GraphNode, GraphNumber, NodeId};
 use crate::passes::bounding::influence::InfluenceBoxes;
 use crate::passes::pass::rewrite_graph;
-use sdfc_vm::kernel::BlendKernel;
+use sdfc_vm::blend::BlendKernel;
 use sdfc_vm::table::Op;
 
 /// Fraction of the tolerance that this part may use.

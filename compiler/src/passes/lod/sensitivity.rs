@@ -6,9 +6,9 @@ use crate::passes::bounding::influence::{InfluenceBoxes, constants};
 use sdfc_vm::interval::Interval;
 use sdfc_vm::table::Op;
 
-/// Number of kernel widths by which a value in a run of blends may exceed the result. Beyond it the
+/// Number of blend widths by which a value in a run of blends may exceed the result. Beyond it the
 /// value has a weight of less than a hundredth: it is the farther operand of several blends.
-const NEGLIGIBLE_WIDTHS: f64 = 3.0;
+const MIN_NEGLIGIBLE_WIDTHS: f64 = 3.0;
 
 /// Sensitivity of the result to a value, from its users.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -117,7 +117,7 @@ fn input_sensitivity(
             && runs.is_interior(input)
             && runs.root(id) == runs.root(input);
         return match support > 0.0 && !is_run {
-            true => node_sensitivity.widened(NEGLIGIBLE_WIDTHS * support + thickness),
+            true => node_sensitivity.widened(MIN_NEGLIGIBLE_WIDTHS * support + thickness),
             false => node_sensitivity,
         };
     }

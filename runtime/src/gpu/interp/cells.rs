@@ -6,7 +6,7 @@ use crate::cells::policy::{CellRegion, CpuLevels};
 use crate::cells::{self, CHILDREN, CellSpec, Cells, DeferredCell, GpuCells};
 use crate::gpu::cell_builder::BufferFill;
 use crate::render::RenderJob;
-use sdfc_shaders::interpreter::cut::CutMethod;
+use sdfc_shaders::interpreter::split_cells::PruneMethod;
 use sdfc_shaders::interpreter::tape::{KernelRegisters, constant_word};
 use sdfc_shaders::layout;
 use sdfc_vm::program::Program;
@@ -33,12 +33,12 @@ impl CacheKey {
     }
 }
 
-/// The cells of one program that are left to be cut on the device.
-pub(super) struct DeferredCut {
+/// The cells of one program that are left to be split on the device.
+pub(super) struct DeferredSplit {
     /// Set if this is the surface program.
     pub(super) is_surface: bool,
-    pub(super) method: CutMethod,
-    pub(super) cut: layout::CutParams,
+    pub(super) method: PruneMethod,
+    pub(super) params: layout::SplitParams,
     deferred: Vec<DeferredCell>,
 }
 
@@ -74,15 +74,15 @@ struct ProgramCells {
 /// Encoded cells, and the deferred ones that a device continues with.
 pub(super) struct CellUpload {
     pub(super) packed: GpuCells,
-    pub(super) parts: Vec<DeferredCut>,
-    /// The instructions of both programs that an edit changed, if the device revisits the cells it cut
-    /// before. `None` if all cells are cut anew.
+    pub(super) parts: Vec<DeferredSplit>,
+    /// The instructions of both programs that an edit changed, if the device revisits the cells it split
+    /// before. `None` if all cells are split anew.
     pub(super) changed: Option<Vec<bool>>,
 }
 
 impl CellCache {
-    /// Returns the encoded cells of an image and the cells of each program that the device has to cut. After
-    /// an edit they are appended to the existing ones (`fill`) if these are still of use.
+    /// Returns the encoded cells of an image and the cells of each program that the device has to split.
+    /// After an edit they are appended to the existing ones (`fill`) if these are still of use.
     pub(super) fn upload_for(
         &mut self,
         programs: &[Option<Arc<Program>>; 2],
@@ -149,7 +149,7 @@ impl CellCache {
     }
 }
 
-impl DeferredCut {
+impl DeferredSplit {
     /// The jobs for the device.
     pub(super) fn jobs(&self) -> Vec<layout::CellJob> {
         self.deferred.iter().map(|deferred| deferred.job).collect()
@@ -182,13 +182,13 @@ impl CellUpload {
         if deferred.is_empty() {
             return;
         }
-        self.parts.push(DeferredCut {
+        self.parts.push(DeferredSplit {
             is_surface,
-            method: CutMethod::for_tape(tape),
-            cut: layout::CutParams {
+            method: PruneMethod::for_tape(tape),
+            params: layout::SplitParams {
                 empty_word: empty,
                 full_word: full,
-                ..region.gpu_cut(tape, band)
+                ..region.gpu_split_params(tape, band)
             },
             deferred,
         });
@@ -259,19 +259,20 @@ impl CacheKey {
         &self,
         program: &Arc<Program>,
         tape: &Arc<Tape>,
-        cut: CellSpec<'_>,
+        spec: CellSpec<'_>,
         last: Option<ProgramCells>,
     ) -> ProgramCells {
         let cpu_levels = CpuLevels(&self.region);
-        let refine = if self.on_device {
+        let rule = if self.on_device {
             &cpu_levels
         } else {
-            cut.refine
+            spec.rule
         };
-        let cut = CellSpec { refine, ..cut };
+        let spec = CellSpec { rule, ..spec };
         let rebuilt = last.and_then(|last| {
             let old_program = (&*last.program, &*last.tape);
-            let cells = cells::rebuild_after_edit(&last.cells, old_program, (program, tape), &cut)?;
+            let cells =
+                cells::rebuild_after_edit(&last.cells, old_program, (program, tape), &spec)?;
             let is_same = Arc::ptr_eq(&cells, &last.cells);
             let fresh = if is_same { 0 } else { cells.rebuilt_count() };
             Some((
@@ -281,7 +282,7 @@ impl CacheKey {
             ))
         });
         let (cells, fresh, changed) = rebuilt.unwrap_or_else(|| {
-            let cells = Arc::new(cells::build(program, tape, &cut));
+            let cells = Arc::new(cells::build(program, tape, &spec));
             let fresh = cells.rebuilt_count();
             (cells, fresh, None)
         });

@@ -1,10 +1,11 @@
-// Cutting cells: a workgroup takes a cell, and each of its invocations prunes the cell's tape for one of its
-// 64 children. One evaluation decides minima and maxima (`field_range`, in `cut_by_slopes.wgsl` or
-// `cut_by_intervals.wgsl`). A backward liveness pass counts the clauses that are still live, and a second one
-// writes them with renamed registers. A child without memory for its tape keeps its parent's, so the cells
-// are complete and correct at any time.
+// Splitting cells: a workgroup takes a cell, and each of its invocations prunes the cell's tape for one of
+// its 64 children. One evaluation decides minima and maxima (`field_range`, in `prune_by_slopes.wgsl` or
+// `prune_by_intervals.wgsl`). A backward liveness pass counts the clauses that are still live, and a second
+// one writes them with renamed registers. A child without memory for its tape keeps its parent's, so the
+// cells are complete and correct at any time.
 //
-// The words are described in `interpreter/tape.rs`, instruction info and buffers in `interpreter/cut.rs`.
+// The words are described in `interpreter/tape.rs`, instruction info and buffers in
+// `interpreter/split_cells.rs`.
 
 // A claimed job with its node and its memory for choices; invalid where `is_valid` is 0.
 struct ClaimedJob {
@@ -21,9 +22,9 @@ struct ChildStats {
     cells: u32,
     clauses: u32,
     out_of_memory: u32,
-    // 1 where its size allows another subdivision.
+    // 1 where its size allows to split it.
     should_split: u32,
-    // The job that would cut it.
+    // The job that would split it.
     next: CellJob,
 }
 
@@ -194,7 +195,7 @@ fn set_register(word: u32, shift: u32, name: u32) -> u32 {
     return (word & ~(REGISTER_MASK << shift)) | (name << shift);
 }
 
-// Lists a cell to be cut, and returns whether there was memory for it.
+// Lists a cell to be split, and returns whether there was memory for it.
 fn enqueue_job(job: CellJob) -> bool {
     if atomicLoad(&job_queue.state[LISTED]) >= job_queue.params.queue_capacity { return false; }
     let index = atomicAdd(&job_queue.state[LISTED], 1u);
@@ -268,15 +269,15 @@ fn reserve_tape(length: u32) -> u32 {
     return select(0u, start, start + word_count <= job_queue.params.tape_capacity);
 }
 
-// Returns whether a cell is cut further, by the policy for cells in the runtime.
-fn should_split(low: vec3f, side: vec3f, clauses: u32, surface_distance: f32) -> bool {
+// Returns whether a cell is split further, by the policy for cells in the runtime.
+fn should_split(low: vec3f, side: vec3f, clauses: u32, min_abs_field: f32) -> bool {
     let longest = max(max(side.x, side.y), side.z);
     let offset = max(max(low - job_queue.params.camera, job_queue.params.camera - (low + side)), vec3f(0.0));
     let squares = offset * offset;
     let distance = max(sqrt(squares.x + squares.y + squares.z), longest * 0.25);
     let pixel = job_queue.params.footprint + job_queue.params.footprint_growth * distance;
-    return clauses > job_queue.params.max_uncut_clauses
-        && surface_distance < 2.0 * longest
+    return clauses > job_queue.params.max_leaf_clauses
+        && min_abs_field < 2.0 * longest
         && longest > job_queue.params.max_leaf_pixels * pixel;
 }
 
@@ -339,10 +340,10 @@ fn build_child(claim: ClaimedJob, lane: u32) -> ChildStats {
     }
     nodes[entry] = tape;
 
-    let surface_distance = max(max(range.x, -range.y), 0.0);
+    let min_abs_field = max(max(range.x, -range.y), 0.0);
     stats.next = CellJob(entry, tape, length, level, position.x, position.y, position.z, 0u, old_entry);
     stats.should_split = u32(
-        stats.out_of_memory == 0u && level < job_queue.params.max_levels && should_split(low, side, length, surface_distance)
+        stats.out_of_memory == 0u && level < job_queue.params.max_levels && should_split(low, side, length, min_abs_field)
     );
     return stats;
 }
@@ -352,8 +353,8 @@ fn is_hardly_shorter(length: u32, other: u32) -> bool {
     return length * 10u > other * 9u;
 }
 
-// Lists a child to be cut, unless it is stalled; returns 1 without memory for it. A child that kept all
-// clauses is cut further where its siblings lost most of theirs: it is still large, and its contents are
+// Lists a child to be split, unless it is stalled; returns 1 without memory for it. A child that kept all
+// clauses is split further where its siblings lost most of theirs: it is still large, and its contents are
 // small.
 fn enqueue_child(job: CellJob, child: ChildStats, cells: u32, clauses: u32) -> u32 {
     var next = child.next;

@@ -6,7 +6,7 @@
 /// # Errors
 ///
 /// A message if the PNG cannot be encoded: a side of zero, or a byte count that does not match the size.
-pub fn png(size: [usize; 2], rgba: &[u8]) -> Result<Vec<u8>, String> {
+pub fn encode_png(size: [usize; 2], rgba: &[u8]) -> Result<Vec<u8>, String> {
     let failed = |error: &dyn std::fmt::Display| format!("the picture is not a PNG: {error}");
     let [width, height] = size.map(u32::try_from);
     let width = width.map_err(|error| failed(&error))?;

@@ -1,13 +1,13 @@
-//! The kernels that cut cells on a device: [`kernel`] subdivides the listed cells, one workgroup for each,
-//! and lists those of their children that are cut in turn. [`plan`] runs before it and determines the number
-//! of cells. Host and kernels share four buffers besides those of [`super::tape`]:
+//! The kernels that split cells on a device: [`kernel`] splits the listed cells, one workgroup for each, and
+//! lists those of their children that are split in turn. [`plan`] runs before it and determines the number of
+//! cells. Host and kernels share four buffers besides those of [`super::tape`]:
 //!
 //! ```text
 //! instruction_info   4 words for each instruction: the slopes of the two operands of its choice (0 where
 //!                    intervals decide), the support of its blend kernel, and bits (below)
 //! scratch            8 words, then the choices: 2 bits for each clause, 16 clauses to a word, the words of
 //!                    the 64 children of a cell beside each other
-//! job_queue          a `CutParams`, 4 words, then the list of `CellJob`s
+//! job_queue          a `SplitParams`, 4 words, then the list of `CellJob`s
 //! arguments          of the indirect dispatch
 //! nodes              after the children of all nodes, for each node the tape of its cell
 //! ```
@@ -20,14 +20,14 @@
 //! [changed](mark_changed) instruction is itself unchanged, with all its descendants. Its new entry is its
 //! old one.
 //!
-//! Choices are decided as in [`sdfc_vm::tape::trace`], by slopes or by intervals ([`CutMethod`]). Tapes are
+//! Choices are decided as in [`sdfc_vm::tape::trace`], by slopes or by intervals ([`PruneMethod`]). Tapes are
 //! pruned as in [`sdfc_vm::tape::prune`]. A device may round more than the CPU does: slopes have twice the
 //! slack; intervals are those of [`sdfc_vm::wgsl_interval`].
 
 use super::operation::NumberKind;
 use super::tape::{KernelRegisters, NODES_SLOT, TAPES_SLOT, constant_word, emit_clause, node_word};
 use super::{ConstantLayout, ProgramStorage, code_bindings};
-use crate::layout::{CellJob, CutParams, NO_OLD_ENTRY};
+use crate::layout::{CellJob, NO_OLD_ENTRY, SplitParams};
 use sdfc_vm::program::{KernelRequirements, Program};
 use sdfc_vm::tape::trace::ChoiceTest;
 use sdfc_vm::tape::{Clause, Tape, flags};
@@ -45,17 +45,17 @@ pub const JOB_QUEUE_SLOT: u32 = 24;
 pub const ARGUMENTS_SLOT: u32 = 25;
 
 /// Maximum number of storage buffers that they bind.
-pub const STORAGE_BUFFERS: u32 = 7;
+pub const MAX_STORAGE_BUFFERS: u32 = 7;
 
 /// Number of words before the choices.
 pub const SCRATCH_HEADER_WORDS: usize = 8;
 /// Names of the first of these words: nodes, words of tapes, cells, clauses, and cells without memory for a
 /// shorter tape.
 pub const COUNTERS: [&str; 5] = ["NODES", "TAPES", "CELLS", "CLAUSES", "OUT_OF_MEMORY"];
-/// Number of words between the [`CutParams`] and the list.
+/// Number of words between the [`SplitParams`] and the list.
 pub const JOB_QUEUE_STATE_WORDS: usize = 4;
 
-/// Number of successive levels with at most a tenth of the clauses removed, from which on a tape is not cut
+/// Number of successive levels with at most a tenth of the clauses removed, from which on a cell is not split
 /// further. The first is for tapes of more than half of the program.
 pub const MAX_STALLED_LEVELS: [u32; 2] = [3, 1];
 
@@ -82,14 +82,14 @@ const CHANGED: u32 = 4096;
 
 /// Method of deciding choices.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum CutMethod {
+pub enum PruneMethod {
     /// By the value at the centre of a box, and slopes.
     Lipschitz,
     /// By bounds over the box.
     Interval,
 }
 
-impl CutMethod {
+impl PruneMethod {
     /// Returns the method for a tape and all tapes that it is pruned to.
     pub fn for_tape(tape: &Tape) -> Self {
         if tape.lipschitz.is_bounded() {
@@ -157,13 +157,13 @@ fn info_words(clause: &Clause, test: Option<ChoiceTest>) -> [u32; 4] {
     ]
 }
 
-/// Returns the kernel that cuts cells of a program with these requirements, with tapes of these registers.
+/// Returns the kernel that splits cells of a program with these requirements, with tapes of these registers.
 pub fn kernel(
     requirements: &KernelRequirements,
     registers: KernelRegisters,
     layout: ConstantLayout,
     memory: ProgramStorage,
-    method: CutMethod,
+    method: PruneMethod,
 ) -> String {
     let mut library = WgslLibrary::default();
     let run_tape = run_tape(requirements, registers, layout, method, &mut library);
@@ -171,7 +171,7 @@ pub fn kernel(
     let mask = (1 << bits) - 1;
     let shift = 8 + bits;
     let mut text = format!(
-        "// The kernel `cut`.\n\n{}{}@group(0) @binding({INSTRUCTION_INFO_SLOT}) var<storage, read> instruction_info: array<vec4u>;
+        "// The kernel `split_cells`.\n\n{}{}@group(0) @binding({INSTRUCTION_INFO_SLOT}) var<storage, read> instruction_info: array<vec4u>;
 @group(0) @binding({NODES_SLOT}) var<storage, read_write> nodes: array<u32>;
 @group(0) @binding({TAPES_SLOT}) var<storage, read_write> tapes: array<vec2u>;
 ",
@@ -211,14 +211,14 @@ pub fn kernel(
         let _ = writeln!(text, "const {name} = {value}u;");
     }
     let decision_text = match method {
-        CutMethod::Lipschitz => {
+        PruneMethod::Lipschitz => {
             // Rounding errors of a value, relative to it and to the coordinates.
             text.push_str("const RELATIVE_SLACK = 4e-6;\nconst COORDINATE_SLACK = 8e-6;\n\n");
-            include_str!("../kernels/cut_by_slopes.wgsl")
+            include_str!("../kernels/prune_by_slopes.wgsl")
         }
-        CutMethod::Interval => {
+        PruneMethod::Interval => {
             let _ = writeln!(text, "const MAX_BOUNDED = {MAX_BOUNDED:e};\n");
-            include_str!("../kernels/cut_by_intervals.wgsl")
+            include_str!("../kernels/prune_by_intervals.wgsl")
         }
     };
     for part in [
@@ -230,16 +230,16 @@ pub fn kernel(
     ] {
         text.push_str(part);
     }
-    text.push_str(include_str!("../kernels/cut.wgsl"));
+    text.push_str(include_str!("../kernels/split_cells.wgsl"));
     text
 }
 
-/// Returns the kernel that determines the number of listed cells that are cut next.
+/// Returns the kernel that determines the number of listed cells that are split next.
 pub fn plan() -> String {
     format!(
-        "// The kernel `cut_plan`.\n\n{}@group(0) @binding({ARGUMENTS_SLOT}) var<storage, read_write> arguments: array<u32>;\n\n{}",
+        "// The kernel `plan_split`.\n\n{}@group(0) @binding({ARGUMENTS_SLOT}) var<storage, read_write> arguments: array<u32>;\n\n{}",
         shared_declarations(),
-        include_str!("../kernels/cut_plan.wgsl")
+        include_str!("../kernels/plan_split.wgsl")
     )
 }
 
@@ -247,7 +247,7 @@ pub fn plan() -> String {
 fn shared_declarations() -> String {
     let mut text = format!(
         "{}{}struct JobQueue {{
-    params: CutParams,
+    params: SplitParams,
     state: array<atomic<u32>, {JOB_QUEUE_STATE_WORDS}>,
     jobs: array<CellJob>,
 }}
@@ -258,7 +258,7 @@ struct Scratch {{
 @group(0) @binding({SCRATCH_SLOT}) var<storage, read_write> scratch: Scratch;
 @group(0) @binding({JOB_QUEUE_SLOT}) var<storage, read_write> job_queue: JobQueue;
 ",
-        CutParams::WGSL,
+        SplitParams::WGSL,
         CellJob::WGSL
     );
     let scratch_counters = COUNTERS.into_iter().chain(["CHOICE_WORDS"]).zip(0..);
@@ -276,16 +276,16 @@ fn run_tape(
     requirements: &KernelRequirements,
     registers: KernelRegisters,
     layout: ConstantLayout,
-    method: CutMethod,
+    method: PruneMethod,
     library: &mut WgslLibrary,
 ) -> String {
     let KernelRegisters { values, points } = registers;
     let (numbers, decision) = match method {
-        CutMethod::Lipschitz => (
+        PruneMethod::Lipschitz => (
             NumberKind::Plain,
             "decide_choice(info, first, second, radius, slack)",
         ),
-        CutMethod::Interval => (NumberKind::Intervals, "decide_choice(info, first, second)"),
+        PruneMethod::Interval => (NumberKind::Intervals, "decide_choice(info, first, second)"),
     };
     let (value, point) = (numbers.value(), numbers.point());
     numbers.declare(library);
@@ -294,8 +294,8 @@ fn run_tape(
         let _ = writeln!(text, "{:indent$}{content}", "", indent = indent * 4);
     };
     let extra_parameters = match method {
-        CutMethod::Lipschitz => ", radius: f32, slack: f32",
-        CutMethod::Interval => "",
+        PruneMethod::Lipschitz => ", radius: f32, slack: f32",
+        PruneMethod::Interval => "",
     };
     line(
         0,
@@ -327,7 +327,7 @@ fn run_tape(
     );
     line(2, "let clause_index = index - tape - 1u;");
     let has_pairs = requirements.codes.iter().any(|code| code.arity() > 1);
-    let has_blends = !requirements.kernels.is_empty();
+    let has_blends = !requirements.blend_kernels.is_empty();
     let pair = match (has_pairs, has_blends) {
         (true, true) => Some([
             "select(a, accumulator, (info.w & BLENDS) != 0u)",

@@ -1,5 +1,5 @@
-// Plans the number of listed cells that the next dispatch of `cut` takes: all, or as many as its budget of
-// clauses allows. All waiting cells are assumed to have the mean length.
+// Plans the number of listed cells that the next dispatch of `split_cells` takes: all, or as many as its
+// budget of clauses allows. All waiting cells are assumed to have the mean length.
 
 @compute @workgroup_size(1)
 fn main() {

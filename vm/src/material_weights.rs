@@ -1,0 +1,144 @@
+//! Weights of the materials in a blend, hard or smooth.
+//!
+//! The weight of an operand is the fraction of the result's slope that comes from it: the blend's derivative
+//! by that operand over the sum of both. A hard union therefore takes the nearer shape's material, and a smooth
+//! one has a transition as wide as the shape's. Where faces coincide, the first operand is moved by the *tie
+//! distance*, which rounding does not exceed, so that it is visible.
+
+use crate::apply::{OpResult, apply};
+use crate::blend::BlendKernel;
+use crate::dual::{Dual, DualVec3};
+use crate::lanes::{F32x64, LANES, Lane};
+use crate::multiversion;
+use crate::real::Real;
+use crate::row::SetOperation;
+use crate::table::Op;
+use crate::vector::V3;
+
+/// The largest difference between distances of coincident faces, per unit of the point's largest
+/// coordinate.
+pub const MAX_TIE_PER_COORDINATE: f64 = 6e-6;
+
+/// Returns the WGSL line that computes the largest difference between distances of coincident faces at a
+/// point.
+pub fn tie_wgsl(point: &str) -> String {
+    format!(
+        "let tie = max(max(abs({point}.x), abs({point}.y)), abs({point}.z)) * {MAX_TIE_PER_COORDINATE};"
+    )
+}
+
+/// Returns the sign of the tie distance that is subtracted from the first value, so that of two coincident
+/// faces the first one is visible: 1 for unions, −1 for intersections and subtractions, 0 for all others.
+pub fn tie_sign(op: Op) -> f64 {
+    match op.row().meta.set {
+        Some(SetOperation::Union) => 1.0,
+        Some(SetOperation::Intersection | SetOperation::Subtraction) => -1.0,
+        None => 0.0,
+    }
+}
+
+/// Returns two duals whose gradients are the unit vectors of the operands. The first one is reduced by
+/// `tie`, a distance, times the steeper operand's slope.
+#[inline(always)]
+fn operand_duals(a: [&F32x64; 4], b: [&F32x64; 4], lane: usize, tie: f32) -> [Dual<f32>; 2] {
+    let slope = |axis: usize| a[axis].0[lane].abs().max(b[axis].0[lane].abs());
+    let steepest = slope(0).max(slope(1)).max(slope(2));
+    let (a, b) = (a[3].0[lane], b[3].0[lane]);
+    [
+        Dual {
+            value: a - tie * steepest,
+            gradient: V3::new(1.0, 0.0, 0.0),
+        },
+        Dual {
+            value: b,
+            gradient: V3::new(0.0, 1.0, 0.0),
+        },
+    ]
+}
+
+/// Returns the second operand's weight, from the derivatives of the result with respect to both.
+#[inline(always)]
+fn second_weight<R: Real>(by_first: R, by_second: R) -> R {
+    let (a, b) = (by_first.abs(), by_second.abs());
+    b / (a + b).max(R::constant(1e-20))
+}
+
+/// Returns the weight of the second operand of an operation that combines two, in every lane. `q` holds the
+/// points.
+pub(crate) fn operation_weights(
+    op: Op,
+    q: &[F32x64; 12],
+    [a, b]: [[&F32x64; 4]; 2],
+    constants: &[f32],
+    tie_distances: &F32x64,
+) -> F32x64 {
+    let mut weights = F32x64::default();
+    let sign = tie_sign(op) as f32;
+    for lane in 0..LANES {
+        let [x, y] = operand_duals(a, b, lane, sign * tie_distances.0[lane]);
+        let values = [x, y, Dual::fixed(0.0)];
+        // The point is constant here: only the weights of the operands are needed.
+        let p = DualVec3::fixed(Dual::<f32>::load_point(q, lane).value);
+        if let OpResult::Value(v) = apply::<Dual<f32>>(op, p, values, constants) {
+            weights.0[lane] = second_weight(v.gradient.x, v.gradient.y);
+        }
+    }
+    weights
+}
+
+multiversion! {
+    /// Computes the weight of the second operand of a blend into the accumulator, in every lane.
+    pub(crate) fn blend_weights(
+        kernel: BlendKernel, constants: [f32; 4], values: [[&F32x64; 4]; 2], tie_distances: &F32x64,
+        weights: &mut F32x64
+    ) = blend_weights_body;
+}
+
+#[inline(always)]
+fn blend_weights_body(
+    kernel: BlendKernel,
+    constants: [f32; 4],
+    [a, b]: [[&F32x64; 4]; 2],
+    tie_distances: &F32x64,
+    weights: &mut F32x64,
+) {
+    let sign = constants[0];
+    let [s, sb, width, coefficient] = constants.map(Dual::fixed);
+    macro_rules! each {
+        ($kernel:expr) => {
+            for lane in 0..LANES {
+                let [x, y] = operand_duals(a, b, lane, sign * tie_distances.0[lane]);
+                let v = $kernel.blend(x, y, s, sb, width, coefficient);
+                weights.0[lane] = second_weight(v.gradient.x, v.gradient.y);
+            }
+        };
+    }
+    match kernel {
+        BlendKernel::Hard => each!(BlendKernel::Hard),
+        BlendKernel::Quadratic => each!(BlendKernel::Quadratic),
+        BlendKernel::Cubic => each!(BlendKernel::Cubic),
+        BlendKernel::Circular => each!(BlendKernel::Circular),
+        BlendKernel::Exponential => each!(BlendKernel::Exponential),
+    }
+}
+
+/// WGSL of the mixed materials of a blend. `weights` is the blend's value with the derivatives with respect to
+/// its two operands in x and y.
+pub(crate) const MIXED_SURFACE_WGSL: &str = "fn first_seed(a: vec4f, b: vec4f, tie: f32) -> vec4f {
+    let slopes = max(abs(a.xyz), abs(b.xyz));
+    return vec4f(1.0, 0.0, 0.0, a.w - tie * max(max(slopes.x, slopes.y), slopes.z));
+}
+
+fn mixed_surface(a: Surface, b: Surface, weights: vec4f) -> Surface {
+    let t = abs(weights.y) / max(abs(weights.x) + abs(weights.y), 1e-20);
+    return Surface(
+        a.albedo + (b.albedo - a.albedo) * t,
+        a.roughness + (b.roughness - a.roughness) * t,
+        a.emission + (b.emission - a.emission) * t,
+        a.metallic + (b.metallic - a.metallic) * t,
+        a.bump + (b.bump - a.bump) * t,
+        select(a.id, b.id, t > 0.5),
+    );
+}
+
+";
