@@ -1,5 +1,5 @@
 //! Scenes of single shapes, which follow from the rows of the table. Every engine draws each solid and each
-//! 2-D shape, with cells and without; the CPU also without passes. All pictures of a shape must be alike.
+//! 2-D shape, with cells and without. The CPU also draws them without passes. All pictures must be alike.
 
 use crate::metamorphic::compare::{Picture, compare};
 use crate::metamorphic::draw::{DrawOptions, frame};
@@ -12,9 +12,14 @@ use sdfc_vm::row::Category;
 use sdfc_vm::table::{ROWS, Row};
 
 /// Size of the pictures.
-const SIZE: [u32; 2] = [48, 36];
+const SIZE: [u32; 2] = [64, 48];
 /// Minimum number of pixels that show a shape.
 const MIN_HITS: usize = 12;
+/// Number of shapes that devices draw in one picture, and in one of its lines.
+const SHAPES_PER_PICTURE: usize = 12;
+const SHAPES_PER_LINE: usize = 4;
+/// Distance between their centres.
+const SPACING: f64 = 2.0;
 
 /// Returns the rows of solids and of 2-D shapes.
 pub(crate) fn shape_rows() -> impl Iterator<Item = &'static Row> {
@@ -32,17 +37,14 @@ fn text(row: &Row) -> String {
     finite_solid(&mut Random::new(seed), row)
 }
 
-/// Opens the engines that are compared, the reference first.
-fn engines() -> Vec<Box<dyn Engine>> {
-    let mut kinds = EngineKind::FAST.to_vec();
-    if let Ok(reason) = std::env::var("SDFC_SKIP_GPU") {
-        eprintln!("skipped: only the CPU draws the shapes ({reason})");
-        kinds = vec![EngineKind::Cpu];
-    }
-    let engines = kinds
-        .into_iter()
-        .map(|kind| open(kind).unwrap_or_else(|error| panic!("{kind}: {error}")));
-    engines.collect()
+/// Returns a scene that shows a shape of each row, in lines of [`SHAPES_PER_LINE`].
+fn side_by_side(rows: &[&Row]) -> String {
+    let translated = rows.iter().enumerate().map(|(index, row)| {
+        let x = (index % SHAPES_PER_LINE) as f64 * SPACING;
+        let y = (index / SHAPES_PER_LINE) as f64 * SPACING;
+        format!("{}.translate({x}, {y}, 0)", text(row))
+    });
+    translated.collect::<Vec<_>>().join("\n| ")
 }
 
 /// Returns the options that an engine draws with.
@@ -78,36 +80,66 @@ fn draw(engine: &mut dyn Engine, text: &str, options: &DrawOptions) -> Result<Pi
     Ok(picture)
 }
 
-#[test]
-fn every_engine_draws_every_shape_of_the_table_alike() {
-    let mut engines = engines();
+/// Draws a text on engines with all of their options. Returns a message for each picture that differs from the
+/// first one.
+fn failures(engines: &mut [Box<dyn Engine>], text: &str) -> Vec<String> {
     let mut failures = Vec::new();
-    for row in shape_rows() {
-        let text = text(row);
-        let mut reference: Option<Picture> = None;
-        for engine in &mut engines {
-            for options in options(engine.kind()) {
-                let failure = match (draw(&mut **engine, &text, &options), &reference) {
-                    (Err(reason), _) => Some(reason),
-                    (Ok(picture), Some(reference)) => {
-                        let differences = compare(reference, &picture);
-                        (differences.count() > 0).then(|| format!("{differences:?}"))
-                    }
-                    (Ok(picture), None) => {
-                        reference = Some(picture);
-                        None
-                    }
+    let mut reference: Option<Picture> = None;
+    for engine in engines {
+        for options in options(engine.kind()) {
+            let failure = match (draw(&mut **engine, text, &options), &reference) {
+                (Err(reason), _) => Some(reason),
+                (Ok(picture), Some(reference)) => {
+                    let differences = compare(reference, &picture);
+                    (differences.count() > 0).then(|| format!("{differences:?}"))
+                }
+                (Ok(picture), None) => {
+                    reference = Some(picture);
+                    None
+                }
+            };
+            failures.extend(failure.map(|failure| {
+                let (kind, cells) = (engine.kind(), options.cells);
+                let passes = match options.passes.disable_all {
+                    true => "-O0",
+                    false => "-O1",
                 };
-                failures.extend(failure.map(|failure| {
-                    let (kind, cells) = (engine.kind(), options.cells);
-                    let passes = match options.passes.disable_all {
-                        true => "-O0",
-                        false => "-O1",
-                    };
-                    format!("{text} on {kind}, {passes}, cells {cells:?}: {failure}")
-                }));
-            }
+                format!("{text} on {kind}, {passes}, cells {cells:?}: {failure}")
+            }));
         }
     }
+    failures
+}
+
+#[test]
+fn the_cpu_draws_every_shape_alike_with_and_without_passes_and_cells() {
+    let mut engines = [open(EngineKind::Cpu).expect("there is always a CPU")];
+    let failures: Vec<String> = shape_rows()
+        .flat_map(|row| failures(&mut engines, &text(row)))
+        .collect();
     assert!(failures.is_empty(), "{}", failures.join("\n"));
+}
+
+/// Devices take long to load a scene, so that several shapes are drawn side by side. If a picture differs, each of
+/// its shapes is drawn alone.
+#[test]
+fn every_engine_draws_every_shape_alike() {
+    if let Ok(reason) = std::env::var("SDFC_SKIP_GPU") {
+        eprintln!("skipped: only the CPU draws the shapes ({reason})");
+        return;
+    }
+    let open = |kind| open(kind).unwrap_or_else(|error| panic!("{kind}: {error}"));
+    let mut engines = EngineKind::FAST.map(open);
+    let mut found = Vec::new();
+    let rows: Vec<&Row> = shape_rows().collect();
+    for rows in rows.chunks(SHAPES_PER_PICTURE) {
+        let together = failures(&mut engines, &side_by_side(rows));
+        if !together.is_empty() {
+            let alone = rows
+                .iter()
+                .flat_map(|row| failures(&mut engines, &text(row)));
+            found.extend(alone.chain(together));
+        }
+    }
+    assert!(found.is_empty(), "{}", found.join("\n"));
 }

@@ -2,10 +2,10 @@
 //! verifier, and the evaluation on every number type. So are the recorded WGSL, the interpreter's `switch`,
 //! the language's built-ins and the reference.
 //!
-//! A row consists of the name, the body with its inputs and parameters, the result, the conversion of a call's
-//! arguments to the parameters, and the facts about the operation.
+//! A row consists of the name, the body with its inputs and parameters, the result, a conversion, and the facts
+//! about the operation. The conversion turns a call's arguments into the parameters.
 //!
-//! To add a shape, write its functions in a file below [`crate::ops::shapes`], add a row here after the last
+//! To add a shape, write its functions in a file of [`crate::ops::shapes`]. Then add a row here after the last
 //! shape of its kind, and define its inside for the tests.
 
 mod define;
