@@ -14,6 +14,7 @@ mod lod;
 mod metamorphic;
 mod passes;
 mod rounding;
+mod shapes;
 mod soundness;
 mod stages;
 mod strangers;

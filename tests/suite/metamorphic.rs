@@ -7,7 +7,7 @@
 //! `SDFC_FUZZ=1000000` draws 1,000 random scenes; `SDFC_FUZZ=1000 SDFC_FUZZ_FROM=seed` draws the one of a
 //! seed.
 
-mod compare;
+pub(crate) mod compare;
 pub(crate) mod draw;
 mod grow;
 mod pairs;

@@ -10,11 +10,26 @@ use crate::random::Random;
 pub use numbers::length;
 use numbers::{LENGTH_STEPS_PER_UNIT, degrees, direction, length_or_zero, rounding, vector};
 use rows::{ShapeClass, call};
+use sdfc_vm::table::Row;
 
 /// Returns a shape of a row of this class.
 fn shape_of_class(r: &mut Random, class: ShapeClass) -> String {
     let row = r.pick(&rows::rows(class));
     call(r, row)
+}
+
+/// Returns a finite solid made of a shape of a row. Infinite solids are cut by a sphere, 2-D shapes are
+/// extruded.
+pub fn finite_solid(r: &mut Random, row: &Row) -> String {
+    let shape = call(r, row);
+    match ShapeClass::from_row(row) {
+        Some(ShapeClass::ExactShape2d) => format!("{shape}.extrude(0.5)"),
+        Some(ShapeClass::UnboundedSolid | ShapeClass::BoundSolid { is_finite: false }) => {
+            format!("({shape} & sphere(1))")
+        }
+        Some(ShapeClass::ExactSolid | ShapeClass::BoundSolid { is_finite: true }) => shape,
+        None => panic!("`{}` is no shape of a class", row.name),
+    }
 }
 
 /// Returns a solid with exact distances everywhere by its row, centered near the origin.

@@ -3,7 +3,7 @@
 use crate::branching::BranchInterval;
 use crate::dual::{Dual, DualVec2, DualVec3};
 use crate::interval::{FloatInterval, Interval};
-use crate::ops::{combine, dimension, distance, domain, math, shapes, shapes2};
+use crate::ops::{combine, dimension, distance, domain, math, shapes};
 use crate::real::{Real, Vector2, Vector3, lit};
 use crate::record::{
     Recorded, RecordedFunction, RecordedInterval, Scalar, Signature, Vec2, Vec3, record,

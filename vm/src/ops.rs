@@ -8,5 +8,4 @@ pub mod domain;
 pub mod math;
 pub mod prepare;
 pub mod shapes;
-pub mod shapes2;
 pub mod volumes;

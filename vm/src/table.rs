@@ -2,18 +2,29 @@
 //! verifier, and the evaluation on every number type. So are the recorded WGSL, the interpreter's `switch`,
 //! the language's built-ins and the reference.
 //!
-//! To add a shape: write its body under [`crate::ops`], add a row here, add a test scene, and define its
-//! inside for the tests. A row consists of the name, the body, inputs and parameters, the result, and the
-//! facts about the operation. It also converts a call's arguments to the parameters.
+//! A row consists of the name, the body with its inputs and parameters, the result, a conversion, and the facts
+//! about the operation. The conversion turns a call's arguments into the parameters.
+//!
+//! To add a shape, write its functions in a file of [`crate::ops::shapes`]. Then add a row here after the last
+//! shape of its kind, and define its inside for the tests.
+
+mod define;
+mod facts;
+mod methods;
 
 use crate::blend::{Blend, BlendKernel};
 use crate::bounds::Bounds;
 use crate::interval::MAX_NOISE_STEEPNESS;
-use crate::ops::{prepare, volumes};
+use crate::ops::{prepare, shapes, volumes};
 use crate::real::Real;
 use crate::row::{
-    ArgumentKind as A, BoundsRule, Category, Continuity, Exactness, Flat, Input, Language, OpFacts,
-    Output, Parameter, ParameterType, SetOperation, Slope, align, optional, required,
+    ArgumentKind as A, BoundsRule, Category, Continuity, Exactness, Input, Language, OpFacts,
+    Output, Parameter, ParameterType, Slope, optional, required,
+};
+use define::{define_operations, input_kind};
+use facts::{
+    COMBINE, DIMENSION, DISTANCE, DOMAIN, INTERSECTION, JUMP, LATTICE, MATH, PLANE, POLE, SOLID,
+    SUBTRACTION, UNION, Y_AXIS, Z_AXIS, flat,
 };
 
 /// Passes the rows to a macro: `callback! { rows… }`.
@@ -34,41 +45,41 @@ macro_rules! for_each_operation {
             /// A box of the full size `size`.
             Cuboid "cuboid" = shapes::cuboid(p: Point; half: Vec3) -> Value, prepare::half_size, OpFacts {
                 language: Some(Language { name: "box", arguments: &[required("size", A::Size3)] }),
-                bounds: BoundsRule::Shape(volumes::cuboid),
+                bounds: BoundsRule::Shape(shapes::cuboid_bounds),
                 flats: &[flat(0, 0), flat(1, 1), flat(2, 2)],
                 is_convex: true,
                 source: "I. Quilez, Distance Functions: box",
                 ..SOLID
             };
             /// A box of the full size `size` with rounded edges and corners. Their radius is `round`, at most half the smallest size.
-            RoundedCuboid "rounded_cuboid" = shapes::rounded_cuboid(p: Point; half: Vec3, round: Scalar) -> Value, prepare::rounded_size, OpFacts {
+            RoundedCuboid "rounded_cuboid" = shapes::rounded_cuboid(p: Point; half: Vec3, round: Scalar) -> Value, shapes::rounded_cuboid_parameters, OpFacts {
                 language: Some(Language { name: "box", arguments: &[required("size", A::Size3), optional("round", A::LengthOrZero, &[0.0])] }),
-                bounds: BoundsRule::Shape(volumes::cuboid),
+                bounds: BoundsRule::Shape(shapes::cuboid_bounds),
                 is_convex: true,
                 source: "I. Quilez, Distance Functions: round box",
                 ..SOLID
             };
             /// The edges of a box of the full size `size`, as square bars of the full thickness `thickness`.
-            BoxFrame "box_frame" = shapes::box_frame(p: Point; half: Vec3, bar: Scalar) -> Value, prepare::frame, OpFacts {
+            BoxFrame "box_frame" = shapes::box_frame(p: Point; half: Vec3, bar: Scalar) -> Value, shapes::box_frame_parameters, OpFacts {
                 language: Some(Language { name: "box_frame", arguments: &[required("size", A::Size3), required("thickness", A::Length)] }),
                 exactness: Exactness::ExactOutside,
-                bounds: BoundsRule::Shape(volumes::cuboid),
+                bounds: BoundsRule::Shape(shapes::cuboid_bounds),
                 source: "I. Quilez, Distance Functions: box frame",
                 ..SOLID
             };
             /// All points within `r` of a segment of the y axis, centred at the origin. The segment has the length `h`, the capsule the length `h` + 2 `r`.
             Capsule "capsule" = shapes::capsule(p: Point; half: Scalar, r: Scalar) -> Value, prepare::halve_first, OpFacts {
                 language: Some(Language { name: "capsule", arguments: &[required("h", A::LengthOrZero), required("r", A::Radius)] }),
-                bounds: BoundsRule::Shape(volumes::capsule),
+                bounds: BoundsRule::Shape(shapes::capsule_bounds),
                 is_convex: true,
                 axis_of_revolution: Some(Y_AXIS),
                 source: "I. Quilez, Distance Functions: vertical capsule",
                 ..SOLID
             };
             /// All points within `r` of the segment from `from` to `to`. Equal ends give a sphere.
-            CapsuleBetween "capsule_between" = shapes::capsule_between(p: Point; start: Vec3, r: Scalar, axis: Vec3, inverse: Scalar) -> Value, prepare::segment, OpFacts {
+            CapsuleBetween "capsule_between" = shapes::capsule_between(p: Point; start: Vec3, r: Scalar, axis: Vec3, inverse: Scalar) -> Value, shapes::capsule_between_parameters, OpFacts {
                 language: Some(Language { name: "capsule", arguments: &[required("from", A::Vec3), required("to", A::Vec3), required("r", A::Radius)] }),
-                bounds: BoundsRule::Shape(volumes::capsule_between),
+                bounds: BoundsRule::Shape(shapes::capsule_between_bounds),
                 is_convex: true,
                 source: "I. Quilez, Distance Functions: capsule",
                 ..SOLID
@@ -76,22 +87,22 @@ macro_rules! for_each_operation {
             /// A ring around the y axis: all points within `r2` of a circle of the radius `r1`. The distance is exact inside if `r2` is at most `r1`.
             Torus "torus" = shapes::torus(p: Point; ring: Scalar, tube: Scalar) -> Value, prepare::identity, OpFacts {
                 language: Some(Language { name: "torus", arguments: &[required("r1", A::Radius), required("r2", A::Radius)] }),
-                bounds: BoundsRule::Shape(volumes::torus),
+                bounds: BoundsRule::Shape(shapes::torus_bounds),
                 axis_of_revolution: Some(Y_AXIS),
                 source: "I. Quilez, Distance Functions: torus",
                 ..SOLID
             };
             /// An arc of a ring around the y axis with round ends. It covers the angle `angle` and is symmetric about the +x axis.
-            CappedTorus "capped_torus" = shapes::capped_torus(p: Point; ring: Scalar, tube: Scalar, end: Vec2) -> Value, prepare::arc, OpFacts {
+            CappedTorus "capped_torus" = shapes::capped_torus(p: Point; ring: Scalar, tube: Scalar, end: Vec2) -> Value, shapes::capped_torus_parameters, OpFacts {
                 language: Some(Language { name: "torus", arguments: &[required("r1", A::Radius), required("r2", A::Radius), required("angle", A::Angle)] }),
-                bounds: BoundsRule::Shape(volumes::capped_torus),
+                bounds: BoundsRule::Shape(shapes::capped_torus_bounds),
                 source: "I. Quilez, Distance Functions: capped torus",
                 ..SOLID
             };
             /// A cylinder of radius `r` and height `h` around the y axis.
             Cylinder "cylinder" = shapes::cylinder(p: Point; r: Scalar, half: Scalar) -> Value, prepare::halve_last, OpFacts {
                 language: Some(Language { name: "cylinder", arguments: &[required("r", A::Radius), required("h", A::Length)] }),
-                bounds: BoundsRule::Shape(volumes::cylinder),
+                bounds: BoundsRule::Shape(shapes::cylinder_bounds),
                 flats: &[flat(1, 1)],
                 is_convex: true,
                 axis_of_revolution: Some(Y_AXIS),
@@ -99,52 +110,52 @@ macro_rules! for_each_operation {
                 ..SOLID
             };
             /// A cylinder with rounded rims. Their radius is `round`, at most `r` and at most half of `h`.
-            RoundedCylinder "rounded_cylinder" = shapes::rounded_cylinder(p: Point; r: Scalar, half: Scalar, round: Scalar) -> Value, prepare::rounded_cylinder, OpFacts {
+            RoundedCylinder "rounded_cylinder" = shapes::rounded_cylinder(p: Point; r: Scalar, half: Scalar, round: Scalar) -> Value, shapes::rounded_cylinder_parameters, OpFacts {
                 language: Some(Language { name: "cylinder", arguments: &[required("r", A::Radius), required("h", A::Length), optional("round", A::LengthOrZero, &[0.0])] }),
-                bounds: BoundsRule::Shape(volumes::cylinder),
+                bounds: BoundsRule::Shape(shapes::cylinder_bounds),
                 is_convex: true,
                 axis_of_revolution: Some(Y_AXIS),
                 source: "I. Quilez, Distance Functions: rounded cylinder",
                 ..SOLID
             };
             /// A cylinder of radius `r` from `from` to `to`. Equal ends give a disc.
-            CylinderBetween "cylinder_between" = shapes::cylinder_between(p: Point; middle: Vec3, r: Scalar, axis: Vec3, half: Scalar) -> Value, prepare::axis_midpoint, OpFacts {
+            CylinderBetween "cylinder_between" = shapes::cylinder_between(p: Point; middle: Vec3, r: Scalar, axis: Vec3, half: Scalar) -> Value, shapes::cylinder_between_parameters, OpFacts {
                 language: Some(Language { name: "cylinder", arguments: &[required("from", A::Vec3), required("to", A::Vec3), required("r", A::Radius)] }),
-                bounds: BoundsRule::Shape(volumes::cylinder_between),
+                bounds: BoundsRule::Shape(shapes::cylinder_between_bounds),
                 is_convex: true,
                 source: "I. Quilez, Distance Functions: arbitrary capped cylinder",
                 ..SOLID
             };
             /// An infinite cone that opens downwards from its apex at the origin. `angle` is the full opening angle, at most half a turn.
-            InfiniteCone "infinite_cone" = shapes::infinite_cone(p: Point; side: Vec2) -> Value, prepare::half_angle, OpFacts {
+            InfiniteCone "infinite_cone" = shapes::infinite_cone(p: Point; side: Vec2) -> Value, shapes::infinite_cone_parameters, OpFacts {
                 language: Some(Language { name: "infinite_cone", arguments: &[required("angle", A::Angle)] }),
-                bounds: BoundsRule::Shape(volumes::infinite_cone),
+                bounds: BoundsRule::Shape(shapes::infinite_cone_bounds),
                 axis_of_revolution: Some(Y_AXIS),
                 source: "I. Quilez, Distance Functions: cone",
                 ..SOLID
             };
             /// A cone around the y axis of the height `h`, with the radius `r1` at its bottom and `r2` at its top.
-            Cone "cone" = shapes::cone(p: Point; bottom: Scalar, top: Scalar, half: Scalar, slope: Scalar, across: Vec2) -> Value, prepare::cone, OpFacts {
+            Cone "cone" = shapes::cone(p: Point; bottom: Scalar, top: Scalar, half: Scalar, slope: Scalar, across: Vec2) -> Value, shapes::cone_parameters, OpFacts {
                 language: Some(Language { name: "cone", arguments: &[required("r1", A::RadiusOrZero), required("r2", A::RadiusOrZero), required("h", A::Length)] }),
-                bounds: BoundsRule::Shape(volumes::cone),
+                bounds: BoundsRule::Shape(shapes::cone_bounds),
                 is_convex: true,
                 axis_of_revolution: Some(Y_AXIS),
                 source: "I. Quilez, Distance Functions: capped cone; by the nearest of face, side and rim",
                 ..SOLID
             };
             /// A cone with rounded rims and tip. Their radius is `round`, or the largest radius that fits inside.
-            RoundedCone "rounded_cone" = shapes::rounded_cone(p: Point; bottom: Scalar, top: Scalar, half: Scalar, slope: Scalar, across: Vec2, middle: Scalar, round: Scalar) -> Value, prepare::rounded_cone, OpFacts {
+            RoundedCone "rounded_cone" = shapes::rounded_cone(p: Point; bottom: Scalar, top: Scalar, half: Scalar, slope: Scalar, across: Vec2, middle: Scalar, round: Scalar) -> Value, shapes::rounded_cone_parameters, OpFacts {
                 language: Some(Language { name: "cone", arguments: &[required("r1", A::RadiusOrZero), required("r2", A::RadiusOrZero), required("h", A::Length), optional("round", A::LengthOrZero, &[0.0])] }),
-                bounds: BoundsRule::Shape(volumes::rounded_cone),
+                bounds: BoundsRule::Shape(shapes::rounded_cone_bounds),
                 is_convex: true,
                 axis_of_revolution: Some(Y_AXIS),
                 source: "the cone inset on all sides, and offset outwards",
                 ..SOLID
             };
             /// The convex hull of two spheres on the y axis, `r1` below and `r2` above, with their centres `h` apart. If one sphere contains the other, the hull is the larger sphere.
-            RoundCone "round_cone" = shapes::round_cone(p: Point; lower: Scalar, upper: Scalar, low: Scalar, height: Scalar, slant: Vec2) -> Value, prepare::round_cone, OpFacts {
+            RoundCone "round_cone" = shapes::round_cone(p: Point; lower: Scalar, upper: Scalar, low: Scalar, height: Scalar, slant: Vec2) -> Value, shapes::round_cone_parameters, OpFacts {
                 language: Some(Language { name: "round_cone", arguments: &[required("r1", A::Radius), required("r2", A::Radius), required("h", A::Length)] }),
-                bounds: BoundsRule::Shape(volumes::round_cone),
+                bounds: BoundsRule::Shape(shapes::round_cone_bounds),
                 is_convex: true,
                 axis_of_revolution: Some(Y_AXIS),
                 source: "I. Quilez, Distance Functions: round cone",
@@ -153,7 +164,7 @@ macro_rules! for_each_operation {
             /// An ellipsoid with the radii `r` along the axes. If the radii differ by a factor of more than 1,000, the value may be far less than the distance.
             Ellipsoid "ellipsoid" = shapes::ellipsoid(p: Point; r: Vec3) -> Value, prepare::identity, OpFacts {
                 language: Some(Language { name: "ellipsoid", arguments: &[required("r", A::Radii3)] }),
-                bounds: BoundsRule::Shape(volumes::ellipsoid),
+                bounds: BoundsRule::Shape(shapes::ellipsoid_bounds),
                 is_convex: true,
                 source: "D. Eberly, Distance from a Point to an Ellipse, an Ellipsoid, or a Hyperellipsoid, 2013",
                 ..SOLID
@@ -161,7 +172,7 @@ macro_rules! for_each_operation {
             /// The half space below a plane with the normal `normal`. `at` is the signed distance of the plane from the origin, along the normal.
             Plane "plane" = shapes::plane(p: Point; normal: Vec3, at: Scalar) -> Value, prepare::identity, OpFacts {
                 language: Some(Language { name: "plane", arguments: &[required("normal", A::Direction), optional("at", A::Offset, &[0.0])] }),
-                bounds: BoundsRule::Shape(volumes::plane),
+                bounds: BoundsRule::Shape(shapes::plane_bounds),
                 is_convex: true,
                 source: "J. C. Hart, Sphere Tracing, 1996, appendix A",
                 ..SOLID
@@ -169,15 +180,15 @@ macro_rules! for_each_operation {
             /// All points between two parallel planes with the normal `normal`. They are `thickness` apart, and the origin is halfway between them.
             Slab "slab" = shapes::slab(p: Point; normal: Vec3, half: Scalar) -> Value, prepare::halve_last, OpFacts {
                 language: Some(Language { name: "slab", arguments: &[required("normal", A::Direction), required("thickness", A::Length)] }),
-                bounds: BoundsRule::Shape(volumes::slab),
+                bounds: BoundsRule::Shape(shapes::slab_bounds),
                 is_convex: true,
                 source: "two planes",
                 ..SOLID
             };
             /// A prism of the height `h` on a regular polygon of `n` corners. The corners are at the distance `r` from the y axis, the first on the +x side.
-            Prism "prism" = shapes::prism(p: Point; sector: Scalar, inverse: Scalar, apothem: Scalar, side: Scalar, half: Scalar) -> Value, prepare::prism, OpFacts {
+            Prism "prism" = shapes::prism(p: Point; sector: Scalar, inverse: Scalar, apothem: Scalar, side: Scalar, half: Scalar) -> Value, shapes::prism_parameters, OpFacts {
                 language: Some(Language { name: "prism", arguments: &[required("n", A::Count), required("r", A::Radius), required("h", A::Length)] }),
-                bounds: BoundsRule::Shape(volumes::prism),
+                bounds: BoundsRule::Shape(shapes::prism_bounds),
                 flats: &[flat(1, 4)],
                 is_convex: true,
                 source: "a regular polygon, extruded",
@@ -193,17 +204,17 @@ macro_rules! for_each_operation {
                 ..SOLID
             };
             /// A tetrahedron with its corners on diagonals of the cube around the origin, at the distance `r` from the centre.
-            Tetrahedron "tetrahedron" = shapes::tetrahedron(p: Point; inner: Scalar) -> Value, prepare::tetrahedron, OpFacts {
+            Tetrahedron "tetrahedron" = shapes::tetrahedron(p: Point; inner: Scalar) -> Value, shapes::tetrahedron_parameters, OpFacts {
                 language: Some(Language { name: "tetrahedron", arguments: &[required("r", A::Radius)] }),
-                bounds: BoundsRule::Shape(volumes::tetrahedron),
+                bounds: BoundsRule::Shape(shapes::tetrahedron_bounds),
                 is_convex: true,
                 source: "the nearest of a face, an edge and a corner, by symmetry",
                 ..SOLID
             };
             /// A pyramid of the height `h` on a square with sides of the length `size`. The origin is at half its height.
-            Pyramid "pyramid" = shapes::pyramid(p: Point; base: Scalar, half: Scalar, across: Vec2, slope: Scalar, inverse: Scalar) -> Value, prepare::pyramid, OpFacts {
+            Pyramid "pyramid" = shapes::pyramid(p: Point; base: Scalar, half: Scalar, across: Vec2, slope: Scalar, inverse: Scalar) -> Value, shapes::pyramid_parameters, OpFacts {
                 language: Some(Language { name: "pyramid", arguments: &[required("size", A::Length), required("h", A::Length)] }),
-                bounds: BoundsRule::Shape(volumes::pyramid),
+                bounds: BoundsRule::Shape(shapes::pyramid_bounds),
                 is_convex: true,
                 source: "I. Quilez, Distance Functions: pyramid; by the nearest of base, side and edge",
                 ..SOLID
@@ -211,12 +222,12 @@ macro_rules! for_each_operation {
             /// A link of a chain in the xy plane. It is a ring of the radius `r1` and the thickness `r2`, with straight segments of the length `length` between its halves.
             Link "link" = shapes::link(p: Point; half: Scalar, ring: Scalar, tube: Scalar) -> Value, prepare::halve_first, OpFacts {
                 language: Some(Language { name: "link", arguments: &[required("length", A::LengthOrZero), required("r1", A::Radius), required("r2", A::Radius)] }),
-                bounds: BoundsRule::Shape(volumes::link),
+                bounds: BoundsRule::Shape(shapes::link_bounds),
                 source: "I. Quilez, Distance Functions: link",
                 ..SOLID
             };
             /// The gyroid of A. Schoen as an infinite sheet that repeats every `cell` along each axis. Its thickness is `thickness` where the field is steepest, and at most √2 times as much elsewhere.
-            Gyroid "gyroid" = shapes::gyroid(p: Point; frequency: Scalar, scale: Scalar, half: Scalar) -> Value, prepare::periodic, OpFacts {
+            Gyroid "gyroid" = shapes::gyroid(p: Point; frequency: Scalar, scale: Scalar, half: Scalar) -> Value, shapes::periodic_parameters, OpFacts {
                 language: Some(Language { name: "gyroid", arguments: &[required("cell", A::Length), required("thickness", A::Length)] }),
                 exactness: Exactness::Bound,
                 bounds: BoundsRule::Infinite,
@@ -225,7 +236,7 @@ macro_rules! for_each_operation {
                 ..SOLID
             };
             /// The primitive surface of H. A. Schwarz as an infinite sheet that repeats every `cell` along each axis. Its thickness is `thickness` where the field is steepest, and at most √2 times as much elsewhere.
-            SchwarzP "schwarz_p" = shapes::schwarz_p(p: Point; frequency: Scalar, scale: Scalar, half: Scalar) -> Value, prepare::periodic, OpFacts {
+            SchwarzP "schwarz_p" = shapes::schwarz_p(p: Point; frequency: Scalar, scale: Scalar, half: Scalar) -> Value, shapes::periodic_parameters, OpFacts {
                 language: Some(Language { name: "schwarz_p", arguments: &[required("cell", A::Length), required("thickness", A::Length)] }),
                 exactness: Exactness::Bound,
                 bounds: BoundsRule::Infinite,
@@ -233,7 +244,7 @@ macro_rules! for_each_operation {
                 ..SOLID
             };
             /// The diamond surface of H. A. Schwarz as an infinite sheet that repeats every `cell` along each axis. Its thickness is `thickness` where the field is steepest, and at most √2 times as much elsewhere.
-            Diamond "diamond" = shapes::diamond(p: Point; frequency: Scalar, scale: Scalar, half: Scalar) -> Value, prepare::periodic, OpFacts {
+            Diamond "diamond" = shapes::diamond(p: Point; frequency: Scalar, scale: Scalar, half: Scalar) -> Value, shapes::periodic_parameters, OpFacts {
                 language: Some(Language { name: "diamond", arguments: &[required("cell", A::Length), required("thickness", A::Length)] }),
                 exactness: Exactness::Bound,
                 bounds: BoundsRule::Infinite,
@@ -242,59 +253,59 @@ macro_rules! for_each_operation {
             };
             // ---------------------------------------------------------------- plane shapes
             /// A disc of radius `r`.
-            Circle "circle" = shapes2::circle(p: Plane; r: Scalar) -> Value, prepare::identity, OpFacts {
+            Circle "circle" = shapes::circle(p: Plane; r: Scalar) -> Value, prepare::identity, OpFacts {
                 language: Some(Language { name: "circle", arguments: &[required("r", A::Radius)] }),
-                bounds: BoundsRule::Shape(volumes::circle),
+                bounds: BoundsRule::Shape(shapes::circle_bounds),
                 is_convex: true,
                 axis_of_revolution: Some(Z_AXIS),
                 source: "J. C. Hart, Sphere Tracing, 1996, appendix A",
                 ..PLANE
             };
             /// A rectangle of the full size `size`.
-            Rect "rect" = shapes2::rect(p: Plane; half: Vec2) -> Value, prepare::half_size, OpFacts {
+            Rect "rect" = shapes::rect(p: Plane; half: Vec2) -> Value, prepare::half_size, OpFacts {
                 language: Some(Language { name: "rect", arguments: &[required("size", A::Size2)] }),
-                bounds: BoundsRule::Shape(volumes::rect),
+                bounds: BoundsRule::Shape(shapes::rect_bounds),
                 flats: &[flat(0, 0), flat(1, 1)],
                 is_convex: true,
                 source: "I. Quilez, 2D Distance Functions: box",
                 ..PLANE
             };
             /// A rectangle with rounded corners. Their radius is `round`, at most half the smaller size.
-            RoundedRect "rounded_rect" = shapes2::rounded_rect(p: Plane; half: Vec2, round: Scalar) -> Value, prepare::rounded_size2, OpFacts {
+            RoundedRect "rounded_rect" = shapes::rounded_rect(p: Plane; half: Vec2, round: Scalar) -> Value, shapes::rounded_rect_parameters, OpFacts {
                 language: Some(Language { name: "rect", arguments: &[required("size", A::Size2), optional("round", A::LengthOrZero, &[0.0])] }),
-                bounds: BoundsRule::Shape(volumes::rect),
+                bounds: BoundsRule::Shape(shapes::rect_bounds),
                 is_convex: true,
                 source: "I. Quilez, 2D Distance Functions: rounded box",
                 ..PLANE
             };
             /// All points of the plane within `r` of the segment from `from` to `to`.
-            Segment "segment" = shapes2::segment(p: Plane; start: Vec2, axis: Vec2, inverse: Scalar, r: Scalar) -> Value, prepare::segment2, OpFacts {
+            Segment "segment" = shapes::segment(p: Plane; start: Vec2, axis: Vec2, inverse: Scalar, r: Scalar) -> Value, shapes::segment_parameters, OpFacts {
                 language: Some(Language { name: "segment", arguments: &[required("from", A::Vec2), required("to", A::Vec2), required("r", A::Radius)] }),
-                bounds: BoundsRule::Shape(volumes::segment),
+                bounds: BoundsRule::Shape(shapes::segment_bounds),
                 is_convex: true,
                 source: "I. Quilez, 2D Distance Functions: segment",
                 ..PLANE
             };
             /// A regular polygon of `n` corners. They are at the distance `r` from the centre, the first on the +y axis.
-            Ngon "ngon" = shapes2::ngon(p: Plane; sector: Scalar, inverse: Scalar, apothem: Scalar, side: Scalar) -> Value, prepare::polygon, OpFacts {
+            Ngon "ngon" = shapes::ngon(p: Plane; sector: Scalar, inverse: Scalar, apothem: Scalar, side: Scalar) -> Value, shapes::ngon_parameters, OpFacts {
                 language: Some(Language { name: "ngon", arguments: &[required("n", A::Count), required("r", A::Radius)] }),
-                bounds: BoundsRule::Shape(volumes::ngon),
+                bounds: BoundsRule::Shape(shapes::ngon_bounds),
                 is_convex: true,
                 source: "the sector of a side, by symmetry",
                 ..PLANE
             };
             /// A star of `n` tips. They are at the distance `r1` from the centre, the first on the +y axis. The corners between them are at the distance `r2`.
-            Star "star" = shapes2::star(p: Plane; sector: Scalar, inverse: Scalar, tip: Scalar, length: Scalar, across: Vec2) -> Value, prepare::star, OpFacts {
+            Star "star" = shapes::star(p: Plane; sector: Scalar, inverse: Scalar, tip: Scalar, length: Scalar, across: Vec2) -> Value, shapes::star_parameters, OpFacts {
                 language: Some(Language { name: "star", arguments: &[required("n", A::Count), required("r1", A::Radius), required("r2", A::Radius)] }),
-                bounds: BoundsRule::Shape(volumes::star),
+                bounds: BoundsRule::Shape(shapes::star_bounds),
                 source: "half the sector of a tip, by symmetry",
                 ..PLANE
             };
             /// An edge of a polygon, as one operation of a chain. The value is the distance to the edges so far. It is negative where a ray to the right crosses an odd number of them. The chain begins with the constant 1e30.
-            PolygonEdge "polygon_edge" = shapes2::polygon_edge(acc: Value, p: Plane; a: Vec2, b: Vec2) -> Value, prepare::identity, OpFacts {
+            PolygonEdge "polygon_edge" = shapes::polygon_edge(acc: Value, p: Plane; a: Vec2, b: Vec2) -> Value, prepare::identity, OpFacts {
                 category: Category::Internal,
                 slope: Slope::MaxOfOperandsOrOne,
-                bounds: BoundsRule::Map(volumes::polygon_edge),
+                bounds: BoundsRule::Map(shapes::polygon_edge_bounds),
                 source: "I. Quilez, 2D Distance Functions: polygon; by the nearest of sides and corners",
                 ..PLANE
             };
@@ -905,103 +916,6 @@ macro_rules! for_each_operation {
 }
 pub(crate) use for_each_operation;
 
-/// Facts common to the solids; each adds its bounds and its source.
-const SOLID: OpFacts = OpFacts {
-    category: Category::Shape3,
-    language: None,
-    exactness: Exactness::Exact,
-    slope: Slope::Constant(1.0),
-    continuity: Continuity::Continuous,
-    bounds: BoundsRule::Infinite,
-    set: None,
-    blend: None,
-    only_signs: false,
-    reads_lattice: false,
-    flats: &[],
-    is_convex: false,
-    axis_of_revolution: None,
-    has_equal_axes: false,
-    source: "",
-};
-/// Index of the axis about which solids are built.
-const Y_AXIS: usize = 1;
-/// Index of the axis across the plane of 2-D shapes.
-const Z_AXIS: usize = 2;
-/// Returns a pair of flat faces across an axis, given the index of the parameter that is its half distance.
-const fn flat(axis: usize, half: usize) -> Flat {
-    Flat { axis, half }
-}
-/// Facts common to the 2-D shapes.
-const PLANE: OpFacts = OpFacts {
-    category: Category::Shape2,
-    ..SOLID
-};
-/// Facts common to the conversions between plane and space.
-const DIMENSION: OpFacts = OpFacts {
-    category: Category::Dimension,
-    slope: Slope::MaxOfOperandsOrOne,
-    ..SOLID
-};
-/// Facts common to the combinations.
-const COMBINE: OpFacts = OpFacts {
-    category: Category::Combine,
-    exactness: Exactness::Bound,
-    slope: Slope::MaxOfOperands(1.0),
-    ..SOLID
-};
-/// Facts common to the unions.
-const UNION: OpFacts = OpFacts {
-    set: Some(SetOperation::Union),
-    ..COMBINE
-};
-/// Facts common to the intersections.
-const INTERSECTION: OpFacts = OpFacts {
-    set: Some(SetOperation::Intersection),
-    bounds: BoundsRule::Intersection,
-    ..COMBINE
-};
-/// Facts common to the subtractions.
-const SUBTRACTION: OpFacts = OpFacts {
-    set: Some(SetOperation::Subtraction),
-    bounds: BoundsRule::FirstOperand,
-    ..COMBINE
-};
-/// Facts common to the maps of the point, most of which only fold or move space.
-const DOMAIN: OpFacts = OpFacts {
-    category: Category::Domain,
-    slope: Slope::Fold,
-    ..SOLID
-};
-/// Facts common to the changes of the distance.
-const DISTANCE: OpFacts = OpFacts {
-    category: Category::Distance,
-    slope: Slope::MaxOfOperands(1.0),
-    bounds: BoundsRule::FirstOperand,
-    ..SOLID
-};
-/// Facts common to arithmetic.
-const MATH: OpFacts = OpFacts {
-    category: Category::Math,
-    exactness: Exactness::Field,
-    slope: Slope::Unbounded,
-    ..SOLID
-};
-/// Facts common to arithmetic that jumps.
-const JUMP: OpFacts = OpFacts {
-    continuity: Continuity::Jumps,
-    ..MATH
-};
-/// Facts common to arithmetic with poles.
-const POLE: OpFacts = OpFacts {
-    continuity: Continuity::HasPoles,
-    ..MATH
-};
-/// Facts common to noise.
-const LATTICE: OpFacts = OpFacts {
-    reads_lattice: true,
-    ..MATH
-};
-
 /// A row of the table.
 #[derive(Clone, Copy, Debug)]
 pub struct Row {
@@ -1021,108 +935,4 @@ pub struct Row {
     pub meta: OpFacts,
 }
 
-impl Row {
-    /// Reports whether it reads the current point.
-    pub fn reads_point(&self) -> bool {
-        self.inputs.contains(&Input::Point)
-    }
-    /// Returns the number of operands.
-    pub fn arity(&self) -> usize {
-        self.inputs
-            .iter()
-            .filter(|&&input| input == Input::Value)
-            .count()
-    }
-    /// Returns the offset of each parameter, counted in numbers; see [`align`].
-    pub fn offsets(&self) -> Vec<usize> {
-        let mut next = 0;
-        let offset = |p: &Parameter| {
-            let start = align(next, p.ty.width());
-            next = start + p.ty.width();
-            start
-        };
-        self.parameters.iter().map(offset).collect()
-    }
-    /// Returns the number of numbers of the parameters, gaps included.
-    pub fn parameter_width(&self) -> usize {
-        match (self.offsets().last(), self.parameters.last()) {
-            (Some(start), Some(last)) => start + last.ty.width(),
-            _ => 0,
-        }
-    }
-}
-
-macro_rules! input_kind {
-    (Point) => {
-        Input::Point
-    };
-    (Plane) => {
-        Input::Point
-    };
-    (Value) => {
-        Input::Value
-    };
-}
-
-/// Defines the enum and the rows.
-macro_rules! define_operations {
-    ($(
-        $(#[doc = $doc:literal])+
-        $name:ident $text:literal = $module:ident::$body:ident(
-            $($input:ident: $kind:ident),* ; $($parameter:ident: $ty:ident),*
-        ) -> $output:ident, $prepare:ident::$prepared:ident, $meta:expr;
-    )+) => {
-        /// An operation: a row of the table. Its number is its opcode.
-        #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
-        #[repr(u8)]
-        pub enum Op {
-            $($(#[doc = $doc])+ $name,)+
-        }
-
-        /// All rows, in the order of their opcodes.
-        pub static ROWS: &[Row] = &[$(
-            Row {
-                op: Op::$name,
-                name: $text,
-                doc: concat!($($doc, "\n"),+),
-                inputs: &[$(input_kind!($kind)),*],
-                parameters: &[$(
-                    Parameter { name: stringify!($parameter), ty: ParameterType::$ty }
-                ),*],
-                output: Output::$output,
-                meta: $meta,
-            },
-        )+];
-
-        /// Converts the numbers of a call's arguments, in order, to the numbers of the parameters, in order
-        /// and without gaps.
-        pub fn prepare<R: Real>(op: Op, arguments: &[R]) -> Vec<R> {
-            match op {
-                $(Op::$name => $prepare::$prepared::<R>(arguments),)+
-            }
-        }
-    };
-}
 for_each_operation!(define_operations);
-
-impl Op {
-    /// Returns the row.
-    pub fn row(self) -> &'static Row {
-        &ROWS[self as usize]
-    }
-    /// Returns the operation with this opcode.
-    pub fn from_code(code: u8) -> Option<Self> {
-        ROWS.get(usize::from(code)).map(|row| row.op)
-    }
-    /// Returns the operation with this name.
-    pub fn from_name(name: &str) -> Option<Self> {
-        ROWS.iter().find(|row| row.name == name).map(|row| row.op)
-    }
-    /// Reports whether the operation turns a raw field into a distance.
-    pub fn is_raw_distance(self) -> bool {
-        matches!(
-            self,
-            Self::FieldDistance | Self::FieldGrowth | Self::Piecewise
-        )
-    }
-}

@@ -1,12 +1,10 @@
 //! Places that an addition to the project needs, each demanded by name.
 
 use super::sources;
-use crate::corpus::{name, on_large_stack, scene, scenes};
+use crate::corpus::name;
+use crate::shapes::shape_rows;
 use sdfc_compiler::passes::PASSES;
-use sdfc_compiler::scene::ShapeKind;
-use sdfc_vm::row::Category;
-use sdfc_vm::table::{Op, ROWS, Row};
-use std::collections::BTreeSet;
+use sdfc_vm::table::{Op, Row};
 use std::fs;
 use std::path::Path;
 
@@ -14,18 +12,6 @@ use std::path::Path;
 const DEFINITIONS: &str = "vm/tests/operations/definitions.rs";
 /// Heading of the chapter with the table of passes.
 const PASSES_HEADING: &str = "## Passes";
-
-/// Returns the operations of shapes that the scenes of the suites use.
-fn shapes_of_scenes() -> BTreeSet<Op> {
-    let shapes = scenes("tests/scenes")
-        .into_iter()
-        .flat_map(|path| on_large_stack(|| scene(&path)).shapes);
-    let ops = shapes.filter_map(|shape| match shape.kind {
-        ShapeKind::Primitive { op, .. } => Some(op),
-        _ => None,
-    });
-    ops.collect()
-}
 
 /// Reports whether a text names an operation.
 fn names_op(text: &str, op: Op) -> bool {
@@ -36,8 +22,8 @@ fn names_op(text: &str, op: Op) -> bool {
     })
 }
 
-/// Returns the places that a shape lacks.
-fn missing_places(row: &Row, in_scenes: &BTreeSet<Op>, definitions: &str) -> Vec<String> {
+/// Returns the places that a shape lacks. Its scenes follow from its row ([`crate::shapes`]).
+fn missing_places(row: &Row, definitions: &str) -> Vec<String> {
     let place = |is_there: bool, place: &str| {
         let missing = format!("`{}` has no {place}", row.name);
         (!is_there).then_some(missing)
@@ -50,10 +36,6 @@ fn missing_places(row: &Row, in_scenes: &BTreeSet<Op>, definitions: &str) -> Vec
         ),
         place(row.meta.language.is_some(), &format!("`language` {facts}")),
         place(!row.meta.source.is_empty(), &format!("`source` {facts}")),
-        place(
-            in_scenes.contains(&row.op),
-            "scene in tests/scenes that creates it",
-        ),
         place(
             names_op(definitions, row.op),
             &format!("inside in `contains` of {DEFINITIONS}"),
@@ -68,12 +50,8 @@ fn missing_places(row: &Row, in_scenes: &BTreeSet<Op>, definitions: &str) -> Vec
 fn every_shape_has_all_its_places() {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(DEFINITIONS);
     let definitions = fs::read_to_string(path).expect("the definitions can be read");
-    let in_scenes = shapes_of_scenes();
-    let shapes = ROWS
-        .iter()
-        .filter(|row| matches!(row.meta.category, Category::Shape3 | Category::Shape2));
-    let missing: Vec<String> = shapes
-        .flat_map(|row| missing_places(row, &in_scenes, &definitions))
+    let missing: Vec<String> = shape_rows()
+        .flat_map(|row| missing_places(row, &definitions))
         .collect();
     assert!(missing.is_empty(), "{}", missing.join("\n"));
 }
@@ -89,8 +67,8 @@ fn a_shape_without_places_is_reported_with_each_of_them() {
         },
         ..*Op::Sphere.row()
     };
-    let missing = missing_places(&row, &BTreeSet::new(), "Op::SphereOfAnotherName");
-    let all = ["documentation", "language", "source", "scene", "inside"];
+    let missing = missing_places(&row, "Op::SphereOfAnotherName");
+    let all = ["documentation", "language", "source", "inside"];
     assert_eq!(missing.len(), all.len(), "{missing:?}");
     for (message, place) in missing.iter().zip(all) {
         assert!(message.contains(place), "{message}");

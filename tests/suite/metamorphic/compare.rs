@@ -21,7 +21,7 @@ const MIN_DEPTH_STEP: f32 = 0.05;
 const MIN_CREASE_COSINE: f32 = 0.985;
 
 /// A picture prepared for comparison.
-pub(super) struct Picture {
+pub(crate) struct Picture {
     width: usize,
     height: usize,
     bytes: Vec<u8>,
@@ -29,33 +29,33 @@ pub(super) struct Picture {
     depth: Vec<f32>,
     edges: Vec<bool>,
     /// Number of rays that ran out of steps or met NaN.
-    pub(super) lost: u64,
+    pub(crate) lost: u64,
 }
 
 /// Differences of two pictures.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Differences {
+pub(crate) struct Differences {
     /// Number of pixels where only one picture shows a surface.
-    pub(super) hits: usize,
+    pub(crate) hits: usize,
     /// Number of pixels with different depths.
-    pub(super) depths: usize,
+    pub(crate) depths: usize,
     /// Number of pixels with different colours.
-    pub(super) colors: usize,
+    pub(crate) colors: usize,
     /// Largest difference of a channel, and the first wrong pixel.
-    pub(super) worst: u8,
-    pub(super) first: Option<[usize; 2]>,
+    pub(crate) worst: u8,
+    pub(crate) first: Option<[usize; 2]>,
 }
 
 impl Differences {
     /// Returns the number of wrong pixels.
-    pub(super) fn count(&self) -> usize {
+    pub(crate) fn count(&self) -> usize {
         self.hits + self.depths + self.colors
     }
 }
 
 impl Picture {
     /// Prepares the picture of a scene scaled by `scale`.
-    pub(super) fn new(frame: &Image, scale: f64) -> Self {
+    pub(crate) fn new(frame: &Image, scale: f64) -> Self {
         let mut picture = Self {
             width: frame.width,
             height: frame.height,
@@ -137,7 +137,7 @@ fn difference(a: [u8; 3], b: [u8; 3]) -> u8 {
 }
 
 /// Compares two pictures of the same size.
-pub(super) fn compare(a: &Picture, b: &Picture) -> Differences {
+pub(crate) fn compare(a: &Picture, b: &Picture) -> Differences {
     let mut differences = Differences::default();
     for pixel in 0..a.depth.len() {
         let color_difference = difference(a.color(pixel), b.color(pixel));

@@ -33,7 +33,7 @@ pub(super) enum ShapeClass {
 
 impl ShapeClass {
     /// Returns the class of a row, or `None` for rows that are no shapes.
-    fn from_row(row: &Row) -> Option<Self> {
+    pub(super) fn from_row(row: &Row) -> Option<Self> {
         let is_exact = row.meta.exactness == Exactness::Exact;
         let is_finite = match row.meta.bounds {
             BoundsRule::Shape(volume) => volume(&[0.5; MAX_PARAMETERS]).is_finite(),

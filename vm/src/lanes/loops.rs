@@ -9,7 +9,7 @@ use crate::dual::{Dual, DualVec3};
 use crate::ellipsoid;
 use crate::evaluate;
 use crate::interval::FloatInterval;
-use crate::ops::{combine, dimension, distance, domain, math, shapes, shapes2};
+use crate::ops::{combine, dimension, distance, domain, math, shapes};
 use crate::real::Vector3;
 use crate::table::{Op, for_each_operation};
 use crate::vector::V3;

@@ -1,191 +1,13 @@
-//! Bounding volumes, from the parameters of the bodies (not the arguments of the scene).
+//! Bounding volumes of operations other than shapes, from the parameters of the bodies (not the arguments of
+//! the scene).
 //!
-//! A 2-D shape's volume is infinite along z: it is a prism until it is extruded.
-//!
-//! A shape's distance is at least that to its volume along the farthest axis; for exact shapes, it is at
-//! least the Euclidean distance. Blends rely on this: their offset is nonzero only where a shape's distance
-//! is small, and that must be near its volume. For the same reason, the maps keep empty volumes unchanged
-//! (see [`Bounds`]).
+//! A shape's distance is at least that to its volume, as [`shapes`](super::shapes) describes. For this reason,
+//! the maps keep empty volumes unchanged (see [`Bounds`]).
 
 use crate::bounds::Bounds;
 
-const INFINITE: f64 = f64::INFINITY;
-
-/// Returns a box in the plane.
-fn plane_box(x: f64, y: f64) -> Bounds {
-    Bounds::centred([x, y, INFINITE])
-}
-
-/// A box: half sizes.
-pub fn cuboid(a: &[f64]) -> Bounds {
-    Bounds::centred([a[0], a[1], a[2]])
-}
-
-/// A capsule: half length along y, radius.
-pub fn capsule(a: &[f64]) -> Bounds {
-    Bounds::centred([a[1], a[0] + a[1], a[1]])
-}
-
-/// A capsule between two points: start, radius, axis.
-pub fn capsule_between(a: &[f64]) -> Bounds {
-    let (from, to) = ([a[0], a[1], a[2]], [a[0] + a[4], a[1] + a[5], a[2] + a[6]]);
-    Bounds::EMPTY.including(from).including(to).grown(a[3])
-}
-
-/// A torus: ring and tube.
-pub fn torus(a: &[f64]) -> Bounds {
-    Bounds::centred([a[0] + a[1], a[1], a[0] + a[1]])
-}
-
-/// An arc of a torus: ring, tube and the direction of its end, symmetric about +x.
-pub fn capped_torus(a: &[f64]) -> Bounds {
-    let (ring, tube, cosine, sine) = (a[0], a[1], a[2], a[3]);
-    let z = if cosine < 0.0 { ring } else { ring * sine };
-    Bounds {
-        min: [ring * cosine, 0.0, -z],
-        max: [ring, 0.0, z],
-    }
-    .grown(tube)
-}
-
-/// A cylinder: radius, half height.
-pub fn cylinder(a: &[f64]) -> Bounds {
-    Bounds::centred([a[0], a[1], a[0]])
-}
-
-/// A cylinder between two points: midpoint, radius, axis, half length. Each cap is a disc across the axis.
-pub fn cylinder_between(a: &[f64]) -> Bounds {
-    let reach = |i: usize| {
-        let along = a[4 + i];
-        (along * a[7]).abs() + a[3] * (1.0 - along * along).max(0.0).sqrt()
-    };
-    Bounds {
-        min: std::array::from_fn(|i| a[i] - reach(i)),
-        max: std::array::from_fn(|i| a[i] + reach(i)),
-    }
-}
-
-/// An infinite cone: the direction of the side. The volume is the half space below the apex.
-pub fn infinite_cone(_: &[f64]) -> Bounds {
-    Bounds {
-        min: [-INFINITE; 3],
-        max: [INFINITE, 0.0, INFINITE],
-    }
-}
-
-/// A truncated cone: radii at bottom and top, half height.
-pub fn cone(a: &[f64]) -> Bounds {
-    cylinder(&[a[0].max(a[1]), a[2]])
-}
-
-/// A rounded cone: a truncated cone around its centre, grown by the rounding.
-pub fn rounded_cone(a: &[f64]) -> Bounds {
-    let mut b = cone(a).grown(a[7]);
-    b.min[1] += a[6];
-    b.max[1] += a[6];
-    b
-}
-
-/// The hull of two spheres: their radii, the height of the first centre, the distance of the second.
-pub fn round_cone(a: &[f64]) -> Bounds {
-    let ball = |r: f64, y: f64| Bounds {
-        min: [-r, y - r, -r],
-        max: [r, y + r, r],
-    };
-    ball(a[0], a[2]).hull(&ball(a[1], a[2] + a[3]))
-}
-
-/// An ellipsoid: the radii.
-pub fn ellipsoid(a: &[f64]) -> Bounds {
-    Bounds::centred([a[0], a[1], a[2]])
-}
-
-/// A half space; it is bounded along an axis if that is its normal.
-pub fn plane(a: &[f64]) -> Bounds {
-    let mut b = Bounds::ALL_SPACE;
-    for i in 0..3 {
-        if a[(i + 1) % 3] == 0.0 && a[(i + 2) % 3] == 0.0 {
-            if a[i] > 0.0 {
-                b.max[i] = a[3] / a[i];
-            } else if a[i] < 0.0 {
-                b.min[i] = a[3] / a[i];
-            }
-        }
-    }
-    b
-}
-
-/// A slab: normal and half thickness.
-pub fn slab(a: &[f64]) -> Bounds {
-    let side = |sign: f64| plane(&[a[0] * sign, a[1] * sign, a[2] * sign, a[3]]);
-    side(1.0).intersection(&side(-1.0))
-}
-
-/// A polygon: sector, its inverse, apothem and half a side. The volume is a square around the circle
-/// through the corners.
-pub fn ngon(a: &[f64]) -> Bounds {
-    let r = a[2].hypot(a[3]);
-    plane_box(r, r)
-}
-
-/// A prism: the polygon and the half height.
-pub fn prism(a: &[f64]) -> Bounds {
-    cylinder(&[a[2].hypot(a[3]), a[4]])
-}
-
-/// A link of a chain in the xy plane: half length, ring and tube.
-pub fn link(a: &[f64]) -> Bounds {
-    let r = a[1] + a[2];
-    Bounds::centred([r, a[0] + r, a[2]])
-}
-
-/// A pyramid: half side and half height.
-pub fn pyramid(a: &[f64]) -> Bounds {
-    Bounds::centred([a[0], a[1], a[0]])
-}
-
-/// A tetrahedron: the distance of the faces. The corners lie on diagonals, three times as far.
-pub fn tetrahedron(a: &[f64]) -> Bounds {
-    Bounds::centred([a[0] * 3.0_f64.sqrt(); 3])
-}
-
-/// A disc: the radius.
-pub fn circle(a: &[f64]) -> Bounds {
-    plane_box(a[0], a[0])
-}
-
-/// A rectangle: half sizes.
-pub fn rect(a: &[f64]) -> Bounds {
-    plane_box(a[0], a[1])
-}
-
-/// A segment: start, axis, one over its squared length, radius.
-pub fn segment(a: &[f64]) -> Bounds {
-    let b = Bounds::EMPTY
-        .including([a[0], a[1], 0.0])
-        .including([a[0] + a[2], a[1] + a[3], 0.0])
-        .grown(a[5]);
-    along_z(&b, INFINITE)
-}
-
-/// A star: sector, its inverse, tip, length and normal of an edge. The volume contains the farther end of
-/// the edge.
-pub fn star(a: &[f64]) -> Bounds {
-    let (tip, length) = (a[2], a[3]);
-    let inner = (tip - length * a[5]).hypot(length * a[4]);
-    let r = tip.abs().max(inner);
-    plane_box(r, r)
-}
-
-/// A polygon's edge: its two ends, and the volume of the previous edges.
-pub fn polygon_edge(a: &[f64], before: &Bounds) -> Bounds {
-    let edge = Bounds::EMPTY
-        .including([a[0], a[1], 0.0])
-        .including([a[2], a[3], 0.0]);
-    before.hull(&along_z(&edge, INFINITE))
-}
-
-fn along_z(b: &Bounds, half: f64) -> Bounds {
+/// Returns a volume with another half length along z, around the xy plane. Empty volumes stay empty.
+pub(super) fn along_z(b: &Bounds, half: f64) -> Bounds {
     let mut b = *b;
     if !b.is_void() {
         (b.min[2], b.max[2]) = (-half, half);
@@ -223,7 +45,7 @@ pub fn revolve(a: &[f64], shape: &Bounds) -> Bounds {
 /// The section of a solid at z = 0, as a prism. (It is not empty even where the plane misses the solid,
 /// which may be near.)
 pub fn slice(_: &[f64], shape: &Bounds) -> Bounds {
-    along_z(shape, INFINITE)
+    along_z(shape, f64::INFINITY)
 }
 
 /// A mirrored shape: the flags of the axes. The part on the positive side appears on both sides.
@@ -243,7 +65,7 @@ pub fn repeat(a: &[f64], shape: &Bounds) -> Bounds {
     if !b.is_void() {
         for (i, spacing) in a.iter().take(3).enumerate() {
             if *spacing != 0.0 {
-                (b.min[i], b.max[i]) = (-INFINITE, INFINITE);
+                (b.min[i], b.max[i]) = (-f64::INFINITY, f64::INFINITY);
             }
         }
     }

@@ -2,7 +2,8 @@
 //! and attained on the surface), so dividing by √3 makes the result a lower bound of the distance. A sheet
 //! has at least the requested thickness, and up to √2 times that where the function is flatter.
 
-use crate::real::{Real, Vector3};
+use crate::ops::prepare::half;
+use crate::real::{Real, Vector3, lit};
 
 /// Returns sines and cosines of the coordinates, as angles.
 #[inline(always)]
@@ -11,6 +12,18 @@ fn waves<R: Real>(p: R::Vec3, frequency: R) -> (R::Vec3, R::Vec3) {
     let s = R::Vec3::new(q.x().sin(), q.y().sin(), q.z().sin()).named("s");
     let c = R::Vec3::new(q.x().cos(), q.y().cos(), q.z().cos()).named("c");
     (s, c)
+}
+
+/// Converts the size of a cell and the thickness of a sheet to radians per unit, a scale, and half the
+/// thickness. The scale makes the level function a lower bound of the distance.
+pub fn periodic_parameters<R: Real>(a: &[R]) -> Vec<R> {
+    let per_radian = a[0] * lit(1.0 / std::f64::consts::TAU);
+    let steepest = 3.0_f64.sqrt();
+    vec![
+        lit::<R>(1.0) / per_radian.max(lit(1e-12)),
+        per_radian * lit(1.0 / steepest),
+        half(a[1]),
+    ]
 }
 
 /// The gyroid `sin x cos y + sin y cos z + sin z cos x = 0`.

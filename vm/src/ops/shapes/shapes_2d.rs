@@ -1,6 +1,9 @@
 //! Shapes in the xy plane.
 
+use crate::bounds::Bounds;
 use crate::ops::dimension::corner;
+use crate::ops::prepare::{half, inverse, sectors};
+use crate::ops::volumes::along_z;
 use crate::real::{Real, Vector2, lit};
 
 /// Rotates the point about the origin into the sector whose middle lies on the first axis. The sectors have
@@ -33,10 +36,20 @@ pub fn circle<R: Real>(p: R::Vec2, r: R) -> R {
     p.length() - r
 }
 
+/// Bounds a disc, given its radius.
+pub fn circle_bounds(a: &[f64]) -> Bounds {
+    plane_box(a[0], a[0])
+}
+
 /// A rectangle with sharp corners.
 #[inline(always)]
 pub fn rect<R: Real>(p: R::Vec2, half: R::Vec2) -> R {
     corner::<R>(p.abs() - half)
+}
+
+/// Bounds a rectangle, rounded or not, given its half sizes.
+pub fn rect_bounds(a: &[f64]) -> Bounds {
+    plane_box(a[0], a[1])
 }
 
 /// A rectangle with rounded corners: the offset of a smaller sharp one by `round`.
@@ -45,7 +58,13 @@ pub fn rounded_rect<R: Real>(p: R::Vec2, half: R::Vec2, round: R) -> R {
     corner::<R>(p.abs() - half + R::Vec2::splat(round)) - round
 }
 
-/// All points within `r` of a segment, as [`crate::ops::shapes::capsule_between`] in the plane.
+/// Converts full sizes and a rounding radius in the plane.
+pub fn rounded_rect_parameters<R: Real>(a: &[R]) -> Vec<R> {
+    let size = [half(a[0]), half(a[1])];
+    vec![size[0], size[1], a[2].min(size[0]).min(size[1])]
+}
+
+/// All points within `r` of a segment, as [`capsule_between`](super::capsule_between) in the plane.
 #[inline(always)]
 pub fn segment<R: Real>(p: R::Vec2, start: R::Vec2, axis: R::Vec2, inverse: R, r: R) -> R {
     let q = (p - start).named("q");
@@ -53,10 +72,43 @@ pub fn segment<R: Real>(p: R::Vec2, start: R::Vec2, axis: R::Vec2, inverse: R, r
     (q - axis * t).length() - r
 }
 
+/// Converts two end points and a radius in the plane to a start, an axis, one over its squared length, and
+/// the radius.
+pub fn segment_parameters<R: Real>(a: &[R]) -> Vec<R> {
+    let (x, y) = (a[2] - a[0], a[3] - a[1]);
+    vec![a[0], a[1], x, y, inverse(x * x + y * y), a[4]]
+}
+
+/// Bounds a segment, given its start, its axis, one over its squared length, and its radius.
+pub fn segment_bounds(a: &[f64]) -> Bounds {
+    let b = Bounds::EMPTY
+        .including([a[0], a[1], 0.0])
+        .including([a[0] + a[2], a[1] + a[3], 0.0])
+        .grown(a[5]);
+    along_z(&b, f64::INFINITY)
+}
+
 /// A regular polygon with a corner on the +y axis.
 #[inline(always)]
 pub fn ngon<R: Real>(p: R::Vec2, sector: R, inverse: R, apothem: R, side: R) -> R {
     polygon_sector::<R>(R::Vec2::new(p.y(), p.x()), sector, inverse, apothem, side)
+}
+
+/// Converts the number of corners (at least three) and the circumradius to the angle of a sector, its
+/// inverse, the apothem, and half the length of a side. Further arguments are kept.
+pub fn ngon_parameters<R: Real>(a: &[R]) -> Vec<R> {
+    let (sector, inverse) = sectors(a[0].max(lit(3.0)));
+    let angle = half(sector);
+    let mut v = vec![sector, inverse, a[1] * angle.cos(), a[1] * angle.sin()];
+    v.extend_from_slice(&a[2..]);
+    v
+}
+
+/// Bounds a regular polygon by a square around the circle through its corners, given the apothem and half a
+/// side.
+pub fn ngon_bounds(a: &[f64]) -> Bounds {
+    let r = a[2].hypot(a[3]);
+    plane_box(r, r)
 }
 
 /// A star with a tip on the +y axis, at the distance `tip` from the centre. By symmetry, one edge remains,
@@ -71,6 +123,25 @@ pub fn star<R: Real>(p: R::Vec2, sector: R, inverse: R, tip: R, length: R, acros
     let end = along.clamp(lit(0.0), length);
     let to_end = R::Vec2::new(side, along - end).length();
     R::select(beside, side, side.sign_nonzero() * to_end)
+}
+
+/// Converts the number of tips (at least two), the radius of the tips, and the radius of the inner corners.
+pub fn star_parameters<R: Real>(a: &[R]) -> Vec<R> {
+    let (sector, inverse) = sectors(a[0].max(lit(2.0)));
+    let angle = half(sector);
+    let (x, y) = (a[2] * angle.cos() - a[1], a[2] * angle.sin());
+    let length = (x * x + y * y).sqrt();
+    let scale = lit::<R>(1.0) / length.max(lit(1e-12));
+    vec![sector, inverse, a[1], length, y * scale, -x * scale]
+}
+
+/// Bounds a star, given its tip and the length and normal of an edge. The volume contains the farther end of
+/// the edge.
+pub fn star_bounds(a: &[f64]) -> Bounds {
+    let (tip, length) = (a[2], a[3]);
+    let inner = (tip - length * a[5]).hypot(length * a[4]);
+    let r = tip.abs().max(inner);
+    plane_box(r, r)
 }
 
 /// One edge of a polygon. The value passed along the chain of edges is the distance to the nearest edge so
@@ -103,4 +174,17 @@ pub fn polygon_edge<R: Real>(acc: R, p: R::Vec2, a: R::Vec2, b: R::Vec2) -> R {
     let d = (R::select(beside, aside, to_end).min(acc.abs()) + lit(1e-30)).named("d");
     let inside = R::select(R::or(upwards, downwards), -acc, acc).less(zero);
     R::select(inside, -d, d)
+}
+
+/// Bounds the edges of a polygon so far, given the two ends of the last one and the volume of those before.
+pub fn polygon_edge_bounds(a: &[f64], before: &Bounds) -> Bounds {
+    let edge = Bounds::EMPTY
+        .including([a[0], a[1], 0.0])
+        .including([a[2], a[3], 0.0]);
+    before.hull(&along_z(&edge, f64::INFINITY))
+}
+
+/// Returns a box in the plane.
+fn plane_box(x: f64, y: f64) -> Bounds {
+    Bounds::centred([x, y, f64::INFINITY])
 }

@@ -1,77 +1,10 @@
-//! Solids with an apex or corners: cones, pyramids, the octahedron and the tetrahedron.
+//! Solids with flat faces besides boxes: the octahedron, the tetrahedron, pyramids and prisms.
 
+use super::shapes_2d::{ngon_parameters, polygon_sector};
+use crate::bounds::Bounds;
+use crate::ops::dimension::corner;
+use crate::ops::prepare::{half, halve_last, inverse};
 use crate::real::{Real, Vector2, Vector3, lit};
-
-/// An infinite cone with its apex at the origin, opening towards −y. `side` is the unit vector along its
-/// side in the half plane of (distance from the axis, depth below the apex).
-#[inline(always)]
-pub fn infinite_cone<R: Real>(p: R::Vec3, side: R::Vec2) -> R {
-    let q = R::Vec2::new(p.xz().length(), -p.y()).named("q");
-    // Beside the side's line, the distance is to that line; behind the apex, to the apex.
-    let beside = q.x() * side.y() - q.y() * side.x();
-    R::select(q.dot(side).less(lit(0.0)), q.length(), beside)
-}
-
-/// A truncated cone with the radii `bottom` and `top`. `across` is the unit normal of its side, in the half
-/// plane of (distance from the axis, height), and `slope` the side's length.
-#[inline(always)]
-pub fn cone<R: Real>(p: R::Vec3, bottom: R, top: R, half: R, slope: R, across: R::Vec2) -> R {
-    let q = R::Vec2::new(p.xz().length(), p.y()).named("q");
-    let zero = lit::<R>(0.0);
-    // Beyond the nearer of the two discs.
-    let end = R::select(q.y().less(zero), bottom, top);
-    let disc = (q.y().abs() - half).named("disc");
-    let over_disc = R::and(zero.less(disc), q.x().less(end));
-    // Signed distance from the side, and position along it from the bottom's rim.
-    let rim = R::Vec2::new(q.x() - bottom, q.y() + half).named("rim");
-    let side = rim.dot(across).named("side");
-    let along = (rim.y() * across.x() - rim.x() * across.y()).named("along");
-    let beside = R::and(zero.less(along), along.less(slope));
-    let upper_rim = R::Vec2::new(q.x() - top, q.y() - half);
-    let to_rim = R::Vec2::select(along.less(slope), rim, upper_rim).length();
-    let outside = R::select(
-        over_disc,
-        disc,
-        R::select(R::and(zero.less(side), beside), side, to_rim),
-    );
-    let depth = disc.max(side).named("depth");
-    R::select(zero.less(depth), outside, depth)
-}
-
-/// A cone with rounded rims: the offset by `round` of a smaller sharp one with its centre at `middle` along
-/// y.
-#[inline(always)]
-#[expect(
-    clippy::too_many_arguments,
-    reason = "a body's parameters are its row's"
-)]
-pub fn rounded_cone<R: Real>(
-    p: R::Vec3,
-    bottom: R,
-    top: R,
-    half: R,
-    slope: R,
-    across: R::Vec2,
-    middle: R,
-    round: R,
-) -> R {
-    let q = R::Vec3::new(p.x(), p.y() - middle, p.z());
-    cone::<R>(q, bottom, top, half, slope, across) - round
-}
-
-/// The hull of two spheres on the y axis, of the radii `lower` and `upper`. The first one's centre is at
-/// `low`, the second one's is `height` above it. `slant` is the unit vector across the side, in the half
-/// plane of (distance from the axis, height).
-#[inline(always)]
-pub fn round_cone<R: Real>(p: R::Vec3, lower: R, upper: R, low: R, height: R, slant: R::Vec2) -> R {
-    let q = R::Vec2::new(p.xz().length(), p.y() - low).named("q");
-    // The position along the side, which selects one of the spheres or the side.
-    let k = (q.y() * slant.x() - q.x() * slant.y()).named("k");
-    let beyond = R::Vec2::new(q.x(), q.y() - height).length() - upper;
-    let side = q.dot(slant) - lower;
-    let rest = R::select((height * slant.x()).less(k), beyond, side);
-    R::select(k.less(lit(0.0)), q.length() - lower, rest)
-}
 
 /// An octahedron with its corners on the axes, at the distance `r`. The octant of the point contains one
 /// face. For a point beyond one of its edges, the distance is to that edge.
@@ -122,6 +55,16 @@ pub fn tetrahedron<R: Real>(p: R::Vec3, inner: R) -> R {
     R::select(is_edge, edge, plane)
 }
 
+/// Converts the circumradius of a tetrahedron to the distance of its faces.
+pub fn tetrahedron_parameters<R: Real>(a: &[R]) -> Vec<R> {
+    vec![a[0] * lit(1.0 / 3.0)]
+}
+
+/// Bounds a tetrahedron, given the distance of its faces. The corners lie on diagonals, three times as far.
+pub fn tetrahedron_bounds(a: &[f64]) -> Bounds {
+    Bounds::centred([a[0] * 3.0_f64.sqrt(); 3])
+}
+
 /// A pyramid on a square of the half side `base`, from −`half` to `half` along y. `across` is the unit
 /// normal of the +x side in the xy plane. `slope` is the length of a side from the middle of its lower edge
 /// to the apex. `inverse` is one over the squared length of an edge up to the apex.
@@ -148,4 +91,43 @@ pub fn pyramid<R: Real>(p: R::Vec3, base: R, half: R, across: R::Vec2, slope: R,
     let outside = R::select(over_base, -y, beside);
     let depth = (-y).max(w).named("depth");
     R::select(zero.less(depth), outside, depth)
+}
+
+/// Converts the side of the base and the height.
+pub fn pyramid_parameters<R: Real>(a: &[R]) -> Vec<R> {
+    let (base, h) = (half(a[0]), a[1]);
+    let square = base * base + h * h;
+    let slope = square.sqrt();
+    let scale = lit::<R>(1.0) / slope.max(lit(1e-12));
+    vec![
+        base,
+        half(h),
+        h * scale,
+        base * scale,
+        slope,
+        inverse(square + base * base),
+    ]
+}
+
+/// Bounds a pyramid, given its half side and half height.
+pub fn pyramid_bounds(a: &[f64]) -> Bounds {
+    Bounds::centred([a[0], a[1], a[0]])
+}
+
+/// A regular prism with a corner edge on the +x side.
+#[inline(always)]
+pub fn prism<R: Real>(p: R::Vec3, sector: R, inverse: R, apothem: R, side: R, half: R) -> R {
+    let d = polygon_sector::<R>(p.xz(), sector, inverse, apothem, side);
+    corner::<R>(R::Vec2::new(d, p.y().abs() - half))
+}
+
+/// Converts a regular prism: the polygon, and the height to the half height.
+pub fn prism_parameters<R: Real>(a: &[R]) -> Vec<R> {
+    halve_last(&ngon_parameters(a))
+}
+
+/// Bounds a prism, given the parameters of its polygon and its half height.
+pub fn prism_bounds(a: &[f64]) -> Bounds {
+    let r = a[2].hypot(a[3]);
+    Bounds::centred([r, a[4], r])
 }
