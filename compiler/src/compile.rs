@@ -321,7 +321,9 @@ fn nothing_to_draw(scene: &Scene, options: &Options) -> Diagnostic {
             };
             Diagnostic::error(
                 codes::E0503,
-                span,
+                scene
+                    .root
+                    .map_or(span, |root| scene.shapes[root.0 as usize].span),
                 format!("the scene has no part `{part}`: {known_parts}"),
             )
         }

@@ -173,7 +173,7 @@ pub fn resolve(
             .occlusion_reach
             .unwrap_or_else(|| target.occlusion_reach()),
         tonemap: overrides.tonemap.unwrap_or_else(|| tonemap(render.tonemap)),
-        exposure,
+        exposure: not_negative("the exposure", exposure)?,
         view,
         lighting: lighting(settings, &read)?,
         is_2d: settings.is_plane,
@@ -459,6 +459,18 @@ fn positive(what: &str, value: f64) -> Result<f64, SettingsError> {
         return Ok(value);
     }
     let allowed = "more than 0".to_owned();
+    Err(SettingsError::OutOfRange {
+        what: what.to_owned(),
+        value,
+        allowed,
+    })
+}
+
+fn not_negative(what: &str, value: f64) -> Result<f64, SettingsError> {
+    if value >= 0.0 && value.is_finite() {
+        return Ok(value);
+    }
+    let allowed = "0 or more".to_owned();
     Err(SettingsError::OutOfRange {
         what: what.to_owned(),
         value,

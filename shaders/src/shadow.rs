@@ -18,7 +18,7 @@ use std::f64::consts::{FRAC_PI_2, FRAC_PI_4};
 
 /// Flag in the step count of a shadow ray that has ended.
 pub const DONE_FLAG: u32 = 1 << 31;
-/// Maximum number of evaluations of a shadow ray.
+/// Maximum number of evaluations of a shadow ray. Each ray to the rim of a light with a size has its own.
 pub const MAX_STEPS: u32 = 4096;
 /// Number of evaluations after which the minimum step of a ray close to surfaces grows, by up to
 /// [`MAX_CAPPED_SPEEDUP`].

@@ -1,13 +1,14 @@
-//! `sdfc ops`: the reference of shapes and operators, generated from the table.
+//! `sdfc ops`: the reference of shapes, operators and functions, generated from the table and the vocabulary.
 
 use crate::failure::Failure;
 use crate::output;
+use sdfc_compiler::elaborate::{self, FunctionDoc};
 use sdfc_vm::row::{Argument, ArgumentKind, BoundsRule, Category, Exactness, Slope};
 use sdfc_vm::table::{ROWS, Row};
 use serde_json::json;
 use std::fmt::Write;
 
-/// The reference of all shapes and operators.
+/// The reference of all shapes, operators and functions.
 #[derive(Debug, clap::Args)]
 pub(crate) struct Arguments {
     /// One of them, by its name in a scene or in a listing; without one, all are listed.
@@ -25,31 +26,48 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
             .filter(|row| row.meta.category != Category::Internal)
             .collect(),
     };
+    let functions: Vec<FunctionDoc> = functions()
+        .filter(|function| match &arguments.name {
+            Some(name) => function.name == name,
+            None => true,
+        })
+        .collect();
     if arguments.json {
-        return output::print_json(&rows.iter().map(|row| as_json(row)).collect::<Vec<_>>());
+        let rows = rows.iter().map(|row| as_json(row));
+        let functions = functions.iter().map(function_as_json);
+        return output::print_json(&rows.chain(functions).collect::<Vec<_>>());
     }
     output::print(match arguments.name {
-        Some(_) => rows
-            .iter()
-            .map(|row| page(row))
-            .collect::<Vec<_>>()
-            .join("\n"),
-        None => list(&rows),
+        Some(_) => {
+            let rows = rows.iter().map(|row| page(row));
+            let functions = functions.iter().map(function_page);
+            rows.chain(functions).collect::<Vec<_>>().join("\n")
+        }
+        None => list(&rows, &functions),
     })
 }
 
-/// Returns all rows of a word of the language, or the row of a name in a listing.
+/// Returns the functions of the language that are no operations of the table.
+fn functions() -> impl Iterator<Item = FunctionDoc> {
+    let is_row = |name: &str| ROWS.iter().any(|row| word(row) == Some(name));
+    let functions = elaborate::reference().into_iter();
+    functions.filter(move |function| !is_row(function.name))
+}
+
+/// Returns all rows of a word of the language, or the row of a name in a listing. A function has none.
 fn named(name: &str) -> Result<Vec<&'static Row>, Failure> {
     let mut rows: Vec<_> = ROWS.iter().filter(|row| word(row) == Some(name)).collect();
     if rows.is_empty() {
         rows.extend(ROWS.iter().filter(|row| row.name == name));
     }
-    if !rows.is_empty() {
+    let functions: Vec<&str> = functions().map(|function| function.name).collect();
+    if !rows.is_empty() || functions.contains(&name) {
         return Ok(rows);
     }
     let names = ROWS
         .iter()
-        .flat_map(|row| word(row).into_iter().chain([row.name]));
+        .flat_map(|row| word(row).into_iter().chain([row.name]))
+        .chain(functions);
     let nearest = names
         .map(|known_name| (strsim::damerau_levenshtein(known_name, name), known_name))
         .min_by_key(|(distance, _)| *distance)
@@ -63,27 +81,39 @@ fn named(name: &str) -> Result<Vec<&'static Row>, Failure> {
     )))
 }
 
-/// Lists all rows by category, a line each: the call in a scene, and the first sentence of its description.
-fn list(rows: &[&Row]) -> String {
+/// Lists all rows by category, and all functions, a line each: the call in a scene, and the first sentence of its
+/// description.
+fn list(rows: &[&Row], functions: &[FunctionDoc]) -> String {
     let mut text = String::new();
     for category in CATEGORIES {
-        let rows: Vec<_> = rows
-            .iter()
-            .filter(|row| row.meta.category == category)
-            .collect();
-        if rows.is_empty() {
-            continue;
-        }
-        let calls: Vec<_> = rows.iter().map(|row| call(row)).collect();
-        let width = calls.iter().map(String::len).max().unwrap_or(0).min(48);
-        let _ = writeln!(text, "{}", heading(category));
-        for (row, call) in rows.iter().zip(&calls) {
-            let _ = writeln!(text, "  {call:width$}  {}", summary(row.doc.trim()));
-        }
-        text.push('\n');
+        let rows = rows.iter().filter(|row| row.meta.category == category);
+        let calls: Vec<_> = rows.map(|row| (call(row), row.doc)).collect();
+        list_calls(&mut text, heading(category), &calls);
     }
+    let calls = functions.iter().flat_map(|function| {
+        let calls = function_calls(function).into_iter();
+        calls.map(|call| (call, function.doc.as_str()))
+    });
+    list_calls(&mut text, FUNCTIONS_HEADING, &calls.collect::<Vec<_>>());
+    text.push_str(
+        "With `up: z` in the scene, solids stand on z instead of y, and turn around it.\n",
+    );
     text.push_str("`sdfc ops NAME` describes one of them in full\n");
     text
+}
+
+/// Lists calls and the first sentences of their descriptions under a heading, if there are any.
+fn list_calls(text: &mut String, heading: &str, calls: &[(String, &str)]) {
+    if calls.is_empty() {
+        return;
+    }
+    let lengths = calls.iter().map(|(call, _)| call.len());
+    let width = lengths.max().unwrap_or(0).min(48);
+    let _ = writeln!(text, "{heading}");
+    for (call, doc) in calls {
+        let _ = writeln!(text, "  {call:width$}  {}", summary(doc.trim()));
+    }
+    text.push('\n');
 }
 
 /// Returns the first clause of a description: up to a semicolon, or to a full stop after a complete word.
@@ -125,6 +155,25 @@ fn page(row: &Row) -> String {
     fact("source", meta.source);
     text
 }
+
+/// Returns a function as calls in a scene, one for each variant.
+fn function_calls(function: &FunctionDoc) -> Vec<String> {
+    let signatures = function.signatures.iter();
+    signatures
+        .map(|signature| format!("{}({signature})", function.name))
+        .collect()
+}
+
+/// Returns the complete description of a function.
+fn function_page(function: &FunctionDoc) -> String {
+    format!(
+        "{}\n  {}\n",
+        function_calls(function).join("\n"),
+        function.doc
+    )
+}
+
+const FUNCTIONS_HEADING: &str = "functions";
 
 const CATEGORIES: [Category; 8] = [
     Category::Shape3,
@@ -274,5 +323,15 @@ fn as_json(row: &Row) -> serde_json::Value {
         "slope": slope(&row.meta.slope),
         "bounds": bounds(&row.meta.bounds),
         "source": row.meta.source,
+    })
+}
+
+fn function_as_json(function: &FunctionDoc) -> serde_json::Value {
+    json!({
+        "name": function.name,
+        "word": function.name,
+        "category": FUNCTIONS_HEADING,
+        "doc": function.doc,
+        "signatures": function.signatures,
     })
 }

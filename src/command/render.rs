@@ -44,7 +44,7 @@ pub(crate) struct Arguments {
 #[derive(Clone, Debug, clap::Args)]
 pub(crate) struct PictureArgs {
     /// Width and height in pixels, up to 16384 each: 1280x720.
-    #[arg(long, value_name = "WxH", value_parser = size)]
+    #[arg(long, value_name = "WxH", value_parser = size, allow_hyphen_values = true)]
     pub(crate) size: Option<[u32; 2]>,
     /// Samples per pixel along each side, up to 16.
     #[arg(long, value_name = "N")]
@@ -59,7 +59,7 @@ pub(crate) struct PictureArgs {
     #[arg(long, value_name = "N")]
     steps: Option<u32>,
     /// Maximum length of a ray, in the scene's units.
-    #[arg(long, value_name = "DISTANCE")]
+    #[arg(long, value_name = "DISTANCE", allow_negative_numbers = true)]
     far: Option<f64>,
     /// Method for normals.
     #[arg(long, value_name = "METHOD", value_parser = one_of(NORMALS))]
@@ -71,7 +71,7 @@ pub(crate) struct PictureArgs {
     #[arg(long, value_name = "CURVE", value_parser = one_of(TONEMAPS))]
     tonemap: Option<Tonemap>,
     /// A factor on all light.
-    #[arg(long, value_name = "FACTOR")]
+    #[arg(long, value_name = "FACTOR", allow_negative_numbers = true)]
     exposure: Option<f64>,
     /// Use of cells on the engines cpu and interp: boxes of space, each with the operations that matter inside it.
     /// The picture stays the same, except on cpu for pixels at edges and at discontinuities of fields. With gpu,

@@ -344,6 +344,30 @@ fn light_is_where_a_lamp_is_seen_and_nowhere_else() {
     }
 }
 
+/// The penumbra of a light with a size on a polynomial is that on the shape itself. The field is divided by a large
+/// bound, so rays to the rim of the light need many steps.
+#[test]
+fn polynomials_receive_the_penumbras_of_their_shapes() {
+    let quartic = "field(fn(p) => { let s = dot(p, p) + 0.6; s * s - 2.56 * dot(p.xz, p.xz) })";
+    for size in [0.02, 0.08] {
+        let scene = |ring: &str| {
+            format!(
+                "camera {{ from: [3, 0.6, 1.5], look: [1.2, -0.4, 0], fov: 24deg }}\n\
+                 light {{ dir: [-0.6, 1, 0.5], shadow: sized({size}) }}\n\
+                 sphere(1) | {ring}.translate(2, -0.5, 0)\n"
+            )
+        };
+        let rings = ["torus(r1: 0.8, r2: 0.2)", quartic];
+        let [first, other] = rings.map(|ring| picture(&scene(ring), [120, 90]).rgba8());
+        let differing = first.iter().zip(&other);
+        let differing = differing.filter(|&(&a, &b)| a.abs_diff(b) > 8).count();
+        assert!(
+            differing <= MAX_EDGE_CHANNELS,
+            "{size}: {differing} channels"
+        );
+    }
+}
+
 /// A light in a closed case does not leak through its walls, however thin.
 #[test]
 fn closed_cases_keep_their_light() {

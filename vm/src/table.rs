@@ -185,7 +185,7 @@ macro_rules! for_each_operation {
                 source: "two planes",
                 ..SOLID
             };
-            /// A prism of the height `h` on a regular polygon of `n` corners. The corners are at the distance `r` from the y axis, the first on the +x side.
+            /// A prism of the height `h` on a regular polygon of `n` corners, at least 3. They are at the distance `r` from the y axis, the first on the +x side.
             Prism "prism" = shapes::prism(p: Point; sector: Scalar, inverse: Scalar, apothem: Scalar, side: Scalar, half: Scalar) -> Value, shapes::prism_parameters, OpFacts {
                 language: Some(Language { name: "prism", arguments: &[required("n", A::Count), required("r", A::Radius), required("h", A::Length)] }),
                 bounds: BoundsRule::Shape(shapes::prism_bounds),
@@ -286,7 +286,7 @@ macro_rules! for_each_operation {
                 source: "I. Quilez, 2D Distance Functions: segment",
                 ..PLANE
             };
-            /// A regular polygon of `n` corners. They are at the distance `r` from the centre, the first on the +y axis.
+            /// A regular polygon of `n` corners, at least 3. They are at the distance `r` from the centre, the first on the +y axis.
             Ngon "ngon" = shapes::ngon(p: Plane; sector: Scalar, inverse: Scalar, apothem: Scalar, side: Scalar) -> Value, shapes::ngon_parameters, OpFacts {
                 language: Some(Language { name: "ngon", arguments: &[required("n", A::Count), required("r", A::Radius)] }),
                 bounds: BoundsRule::Shape(shapes::ngon_bounds),
@@ -335,7 +335,7 @@ macro_rules! for_each_operation {
                 source: "I. Quilez, Distance Functions: revolution",
                 ..DIMENSION
             };
-            /// The 2-D shape, moved by `offset` along x and revolved around the y axis by `angle`, symmetric about the +x axis. [`Op::RevolveClose`] must follow. If the shape crosses the axis, the distance may be too small.
+            /// The 2-D shape, moved by `offset` along x and revolved around the y axis by `angle`, symmetric about the +x axis. If the shape crosses the axis, the distance may be too small.
             RevolvePart "revolve_part" = dimension::revolve_part(p: Point; offset: Scalar, end: Vec2) -> Point, prepare::revolve_part, OpFacts {
                 language: Some(Language { name: "revolve", arguments: &[optional("offset", A::Offset, &[0.0]), required("angle", A::Angle)] }),
                 slope: Slope::Fold,
@@ -588,7 +588,7 @@ macro_rules! for_each_operation {
                 source: "I. Quilez, Domain Repetition",
                 ..DOMAIN
             };
-            /// `n` copies around the y axis. `phase` is the direction of the first one, as an angle from the x axis towards z. The opcode evaluates the copy of the point's own sector.
+            /// `n` copies around the y axis, turned by `phase` around it, as `rotate` turns. The opcode evaluates the copy of the point's own sector.
             Polar "polar" = domain::polar(p: Point; sector: Scalar, inverse: Scalar, phase: Scalar) -> Point, prepare::polar, OpFacts {
                 language: Some(Language { name: "polar", arguments: &[required("n", A::Count), optional("phase", A::Angle, &[0.0])] }),
                 exactness: Exactness::ExactOutside,
@@ -605,7 +605,7 @@ macro_rules! for_each_operation {
                 source: "I. Quilez, Domain Repetition",
                 ..DOMAIN
             };
-            /// `n` copies of a 2-D shape around the origin. `phase` is the direction of the first one, as an angle from the x axis towards y. The opcode evaluates the copy of the point's own sector.
+            /// `n` copies of a 2-D shape around the origin. `phase` turns them, as `rotate` turns. The opcode evaluates the copy of the point's own sector.
             PolarPlane "polar_plane" = domain::polar_plane(p: Point; sector: Scalar, inverse: Scalar, phase: Scalar) -> Point, prepare::polar, OpFacts {
                 language: Some(Language { name: "polar", arguments: &[required("n", A::Count), optional("phase", A::Angle, &[0.0])] }),
                 exactness: Exactness::ExactOutside,
@@ -622,7 +622,7 @@ macro_rules! for_each_operation {
                 source: "I. Quilez, Domain Repetition",
                 ..DOMAIN
             };
-            /// The shape, cut through its middle, with its parts moved apart by `by` along each axis. [`Op::ElongateCorrect`] must follow.
+            /// The shape, cut through its middle, with its parts moved apart by `by` along each axis.
             Elongate "elongate" = domain::elongate(p: Point; half: Vec3) -> Point, prepare::half_size, OpFacts {
                 language: Some(Language { name: "elongate", arguments: &[required("by", A::Lengths3)] }),
                 exactness: Exactness::Bound,

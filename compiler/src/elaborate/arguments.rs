@@ -336,9 +336,16 @@ pub(crate) fn mismatch_diagnostic(
         .flat_map(|list| list.iter().map(|f| f.name))
         .collect();
     names.dedup();
-    let longest_signature = lists
+    let written_names = || call.args.iter().filter_map(|arg| arg.name);
+    // The variant that most of the written names fit; of several, the longest one.
+    let matching_names = |list: &[ParamSpec]| {
+        written_names()
+            .filter(|ident| named_slot(list, &ident.name, 0).is_some())
+            .count()
+    };
+    let most_similar_signature = lists
         .iter()
-        .max_by_key(|list| list.len())
+        .max_by_key(|list| (matching_names(list), list.len()))
         .map_or("".into(), |l| signature(l));
     match error {
         ArgError::UnknownName { arg } => {
@@ -349,7 +356,8 @@ pub(crate) fn mismatch_diagnostic(
             };
             let message = format!("`{name}` has no argument `{written}`");
             let diagnostic = Diagnostic::error(codes::E0203, span, message)
-                .label(call.name_span, longest_signature);
+                .label(call.name_span, most_similar_signature);
+            names.retain(|name| written_names().all(|ident| ident.name != *name));
             diagnose::suggest(diagnostic, span, nearest(written, names))
         }
         ArgError::Twice { arg } => {

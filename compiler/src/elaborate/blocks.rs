@@ -111,7 +111,7 @@ impl<'a> Elaborator<'a> {
             let name = field.name.name.as_str();
             let kind = block.kind.name.as_str();
             if !allowed.contains(&name) {
-                let message = format!("a {kind} has no `{name}`");
+                let message = format!("`{kind}` has no field `{name}`");
                 let diagnostic = Diagnostic::error(codes::E0208, field.name.span, message);
                 let suggestion = nearest(name, allowed.iter().copied());
                 let diagnostic = match suggestion {

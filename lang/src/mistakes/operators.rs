@@ -229,7 +229,9 @@ pub(super) fn indexing(context: &ErrorContext<'_, '_>) -> Option<Mistake> {
 /// `(1, 2, 3)`, `(p, n) => …`
 pub(super) fn tuple(context: &ErrorContext<'_, '_>) -> Option<Mistake> {
     let open = context.opener(context.index)?;
+    let follows_element = !matches!(context.token_at(-1)?, Token::Comma | Token::OpenParen);
     let is_tuple = context.token_at(0)? == Token::Comma
+        && follows_element
         && context.tokens[open].1 == Token::OpenParen
         && context.expects(")");
     if !is_tuple {

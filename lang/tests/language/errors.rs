@@ -109,6 +109,8 @@ fn operators() {
         "field((p, n) => length(p) - 1)",
         "let h = p[1];",
         "let a = sphere(1).translate((1, 2, 3));",
+        "let a = box(1,, 2);",
+        "let a = box(, 2);",
         "let h = 2x + 1;",
         "let a = +1;\nlet b = a++;",
         "let a = ;\nlet b = a + ;\nlet c = a * * b;",

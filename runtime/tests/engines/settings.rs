@@ -122,6 +122,16 @@ fn what_cannot_be_drawn_says_what_and_how_much_is_allowed() {
         refused(&module, &[], &far),
         "the range of a ray is -1, more than 0 is allowed"
     );
+    for (exposure, written) in [(-1.0, "-1"), (f64::NAN, "NaN"), (f64::INFINITY, "inf")] {
+        let overrides = Overrides {
+            exposure: Some(exposure),
+            ..Overrides::default()
+        };
+        assert_eq!(
+            refused(&module, &[], &overrides),
+            format!("the exposure is {written}, 0 or more is allowed")
+        );
+    }
 
     let mut module = sphere_module();
     module.settings.cameras[0].from[0] = SettingValue::Uniform(0);

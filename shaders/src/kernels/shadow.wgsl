@@ -92,7 +92,7 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
             ray.steps |= DONE_FLAG;
             break;
         }
-        let out_of_steps = ray.steps >= frame.max_shadow_steps;
+        let out_of_steps = f32(ray.steps) - ray.steps_before >= f32(frame.max_shadow_steps);
         // For lights with a size, other rays may follow.
         var ray_ends = false;
 #if sized

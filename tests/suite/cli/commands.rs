@@ -186,12 +186,15 @@ fn ops_is_the_reference() {
         "torus(r1, r2, angle)",
         "solids",
         "changes of space",
+        "rotate(shape: shape, angle: angle, axis?: direction)",
     ] {
         assert!(list.contains(name), "{list}");
     }
     let rows = sandbox.run("ops --json").ok().json();
     assert!(rows.as_array().expect("a list").len() > 40);
     assert_snapshot!(sandbox.run("ops torus").ok().text());
+    // A word of the language, and an operation that is listed by the same name.
+    assert_snapshot!(sandbox.run("ops slice").ok().text());
     let run = sandbox.run("ops spere");
     assert_eq!(run.code, 1);
     assert_snapshot!(run.transcript());

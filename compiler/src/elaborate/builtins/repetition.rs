@@ -222,7 +222,7 @@ impl<'a> Elaborator<'a> {
         })
     }
 
-    /// `polar(shape, n)`: copies about the up axis, or in the plane for a 2-D shape.
+    /// `polar(shape, n, phase)`: copies about the up axis, or in the plane for a 2-D shape, turned by `phase`.
     pub(crate) fn polar(&mut self, bound: BoundArgs<'a>) -> EvalResult<'a> {
         let (child, span) = (bound.shape(0), bound.span);
         if self.is_nothing(child) {
@@ -235,27 +235,22 @@ impl<'a> Elaborator<'a> {
             self.rotated_to_y_up(child, span)
         };
         // The first sector contains the original shape.
-        let phase = match bound.is_given(2) {
-            true => bound.number(2),
-            false => {
-                let bounds = self.bounds_of(child);
-                let centre = bounds.centre();
-                let lateral = if plane { centre[1] } else { centre[2] };
-                let direction = if bounds.is_empty() {
-                    0.0
-                } else {
-                    lateral.atan2(centre[0])
-                };
-                self.graph.constant(if direction.is_finite() {
-                    direction
-                } else {
-                    0.0
-                })
-            }
+        let bounds = self.bounds_of(child);
+        let centre = bounds.centre();
+        let lateral = if plane { centre[1] } else { centre[2] };
+        let direction = if bounds.is_empty() {
+            0.0
+        } else {
+            lateral.atan2(centre[0])
         };
-        let others = self.other_sectors(child, bound.number(1), phase);
+        let direction = self.graph.constant(if direction.is_finite() {
+            direction
+        } else {
+            0.0
+        });
+        let others = self.other_sectors(child, bound.number(1), direction);
         let op = if plane { Op::PolarPlane } else { Op::Polar };
-        let parameters = self.prepare_parameters(op, &[bound.number(1), phase]);
+        let parameters = self.prepare_parameters(op, &[bound.number(1), direction]);
         let kind = ShapeKind::Polar {
             op,
             child,
@@ -263,10 +258,14 @@ impl<'a> Elaborator<'a> {
             others,
         };
         let copies = self.add(kind, plane, bound.span);
-        Ok(Value::Shape(if plane {
+        let copies = if plane {
             copies
         } else {
             self.rotated_to_scene_up(copies, span)
+        };
+        Ok(Value::Shape(match bound.is_given(2) {
+            true => self.rotated_about_up(copies, bound.number(2), span),
+            false => copies,
         }))
     }
 

@@ -164,6 +164,11 @@ impl<'a> Elaborator<'a> {
             return Ok(self.report_wrong(bound.value(1), "`rotate` needs an angle", span));
         };
         for number in &numbers[..form.len()] {
+            // A zero in a vector of angles needs no unit.
+            let is_zero = self.graph.as_constant(number.id) == Some(0.0);
+            if form != Form::Scalar && is_zero {
+                continue;
+            }
             if self
                 .angle(bound.name, *number, span, bound.name_span)
                 .is_none()
@@ -181,23 +186,15 @@ impl<'a> Elaborator<'a> {
                     self.report(diagnostic.help("`extrude` it first"));
                     return Ok(Value::Poison);
                 }
-                let axis = match bound.is_given(2) {
-                    true => bound.vector(2),
-                    false => {
-                        let axis_index = if flat { 2 } else { self.up() };
-                        [0, 1, 2]
-                            .map(|i| self.graph.constant(if i == axis_index { 1.0 } else { 0.0 }))
-                    }
-                };
-                self.add_rotation(child, a, axis, bound.span)
+                match bound.is_given(2) {
+                    true => self.add_rotation(child, a, bound.vector(2), bound.span),
+                    false => self.rotated_about_up(child, a, bound.span),
+                }
             }
             Form::Vector(3) if !flat => {
-                let axis = |e: &mut Self, axis_index: usize| {
-                    [0, 1, 2].map(|i| e.graph.constant(if i == axis_index { 1.0 } else { 0.0 }))
-                };
                 let mut rotated = child;
                 for (axis_index, angle) in [a, b, c].into_iter().enumerate() {
-                    let axis = axis(self, axis_index);
+                    let axis = self.axis(axis_index);
                     rotated = self.add_rotation(rotated, angle, axis, bound.span);
                 }
                 rotated
@@ -222,7 +219,7 @@ impl<'a> Elaborator<'a> {
             Quantity::Angle => {}
             Quantity::Plain | Quantity::Time => {
                 let signature = if name == "rotate" {
-                    "angle: angle, axis: vec3"
+                    "angle: angle, axis: vec3; or three angles in `[ ]`"
                 } else {
                     ""
                 };
@@ -243,6 +240,23 @@ impl<'a> Elaborator<'a> {
             return None;
         }
         Some(number.id)
+    }
+
+    /// Rotates a shape about the up axis, or a 2-D shape in its plane.
+    pub(super) fn rotated_about_up(
+        &mut self,
+        child: ShapeId,
+        angle: ExprId,
+        span: Span,
+    ) -> ShapeId {
+        let is_flat = self.shapes[child.0 as usize].plane;
+        let axis = self.axis(if is_flat { 2 } else { self.up() });
+        self.add_rotation(child, angle, axis, span)
+    }
+
+    /// Returns the direction of a coordinate axis.
+    fn axis(&mut self, axis_index: usize) -> [ExprId; 3] {
+        [0, 1, 2].map(|i| self.graph.constant(if i == axis_index { 1.0 } else { 0.0 }))
     }
 
     /// Rotates a shape about an axis of length 1.

@@ -16,7 +16,12 @@ impl<const FORM: u32> LightParams<FORM> {
     pub(super) fn step_check(self, b: &mut ShadowLanes, i: usize, field: f32) -> (bool, bool) {
         let hidden = |column: &F32x64| self.choice.hide(column.0[i]);
         let (phase, value) = (hidden(&b.phase), hidden(&b.value));
-        let out_of_steps = b.steps.0[i] >= self.max_steps;
+        let start_steps = if FORM == SIZED {
+            b.start_steps.0[i]
+        } else {
+            0.0
+        };
+        let out_of_steps = b.steps.0[i] - start_steps >= self.max_steps;
         let size = lane_size::<FORM>(b, i, self.size);
         let (point, offset, gradient) = (round_point(b, i), lane_offset(b, i), lane_gradient(b, i));
         let limit = shadow::candidate_limit(b.candidate_t.0[i], size);

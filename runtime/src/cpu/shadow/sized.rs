@@ -27,7 +27,7 @@ impl<const FORM: u32> LightParams<FORM> {
     #[inline(always)]
     pub(super) fn step_sized(self, b: &mut ShadowLanes, i: usize, h: f32) -> (bool, f32, f32) {
         let (t, number, size) = (b.t.0[i], b.number.0[i], b.size.0[i]);
-        let out_of_steps = b.steps.0[i] >= self.max_steps;
+        let out_of_steps = b.steps.0[i] - b.start_steps.0[i] >= self.max_steps;
         let is_over = is_nan(h) | (out_of_steps & (number > 0.0));
         let is_running = !is_over;
         let slope = shadow::slope(h, b.field_before.0[i], b.step.0[i]);
