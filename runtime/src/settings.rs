@@ -455,26 +455,27 @@ fn within(what: &str, value: u32, max: u32) -> Result<u32, SettingsError> {
 }
 
 fn positive(what: &str, value: f64) -> Result<f64, SettingsError> {
-    if value > 0.0 && value.is_finite() {
-        return Ok(value);
-    }
-    let allowed = "more than 0".to_owned();
-    Err(SettingsError::OutOfRange {
-        what: what.to_owned(),
-        value,
-        allowed,
-    })
+    finite_if(value > 0.0, what, value, "more than 0")
 }
 
 fn not_negative(what: &str, value: f64) -> Result<f64, SettingsError> {
-    if value >= 0.0 && value.is_finite() {
+    finite_if(value >= 0.0, what, value, "0 or more")
+}
+
+/// Returns a number that is finite and allowed; `allowed` describes the range.
+fn finite_if(
+    is_allowed: bool,
+    what: &str,
+    value: f64,
+    allowed: &str,
+) -> Result<f64, SettingsError> {
+    if is_allowed && value.is_finite() {
         return Ok(value);
     }
-    let allowed = "0 or more".to_owned();
     Err(SettingsError::OutOfRange {
         what: what.to_owned(),
         value,
-        allowed,
+        allowed: allowed.to_owned(),
     })
 }
 

@@ -238,17 +238,14 @@ impl<'a> Elaborator<'a> {
         let bounds = self.bounds_of(child);
         let centre = bounds.centre();
         let lateral = if plane { centre[1] } else { centre[2] };
-        let direction = if bounds.is_empty() {
-            0.0
-        } else {
-            lateral.atan2(centre[0])
-        };
-        let direction = self.graph.constant(if direction.is_finite() {
+        let direction = lateral.atan2(centre[0]);
+        let direction = if !bounds.is_empty() && direction.is_finite() {
             direction
         } else {
             0.0
-        });
+        };
         let others = self.other_sectors(child, bound.number(1), direction);
+        let direction = self.graph.constant(direction);
         let op = if plane { Op::PolarPlane } else { Op::Polar };
         let parameters = self.prepare_parameters(op, &[bound.number(1), direction]);
         let kind = ShapeKind::Polar {
@@ -270,9 +267,9 @@ impl<'a> Elaborator<'a> {
     }
 
     /// Copies in other sectors that may be nearer to a point than the copy in the point's own
-    /// sector.
-    fn other_sectors(&mut self, child: ShapeId, count: ExprId, phase: ExprId) -> NeighbourCells {
-        let (count, direction) = (self.current_value(count), self.current_value(phase));
+    /// sector. `direction` is that of the shape, an angle in radians.
+    fn other_sectors(&mut self, child: ShapeId, count: ExprId, direction: f64) -> NeighbourCells {
+        let count = self.current_value(count);
         let plane = self.shapes[child.0 as usize].plane;
         let symmetries = Symmetries {
             shapes: &self.shapes,
@@ -284,12 +281,12 @@ impl<'a> Elaborator<'a> {
         let (lateral_axis, radial_axis) = if plane { (1, 0) } else { (2, 0) };
         // The symmetry is tested only if the middle plane of the sector is a coordinate plane of
         // the frame.
-        let is_even = match self.graph.as_constant(phase) {
-            Some(0.0) => symmetries.is_mirror_symmetric(child, lateral_axis, 0.0),
-            Some(angle) if (angle.abs() - std::f64::consts::FRAC_PI_2).abs() < 1e-12 => {
-                symmetries.is_mirror_symmetric(child, radial_axis, 0.0)
-            }
-            _ => false,
+        let is_even = if direction == 0.0 {
+            symmetries.is_mirror_symmetric(child, lateral_axis, 0.0)
+        } else if (direction.abs() - std::f64::consts::FRAC_PI_2).abs() < 1e-12 {
+            symmetries.is_mirror_symmetric(child, radial_axis, 0.0)
+        } else {
+            false
         };
         let mut max_angle = 0.0_f64;
         for piece in self.sampled_piece_bounds(child) {
