@@ -292,7 +292,7 @@ fn slope(slope: &Slope) -> String {
 
 fn bounds(rule: &BoundsRule) -> &'static str {
     match rule {
-        BoundsRule::Shape(_) => "follow from the arguments",
+        BoundsRule::Centred(_) | BoundsRule::Shape(_) => "follow from the arguments",
         BoundsRule::Hull => "around all operands",
         BoundsRule::HullGrown(_) => "around all operands, enlarged for the blend",
         BoundsRule::Intersection => "the intersection of the operands' bounds",

@@ -34,10 +34,6 @@ impl Bounds {
             max: half,
         }
     }
-    /// Creates the box around a sphere at the origin.
-    pub fn sphere(r: f64) -> Self {
-        Self::centred([r; 3])
-    }
     /// Reports whether the box contains no point.
     pub fn is_empty(&self) -> bool {
         (0..3).any(|i| self.min[i] > self.max[i])

@@ -160,7 +160,9 @@ pub enum Continuity {
 /// The rule for the bounding volume of a result, given those of its operands.
 #[derive(Clone, Copy, Debug)]
 pub enum BoundsRule {
-    /// For shapes: a function of the parameters.
+    /// For shapes that have the same extent on both sides of the origin: the extents along x, y and z.
+    Centred([Extent; 3]),
+    /// For other shapes: a function of the parameters.
     Shape(fn(&[f64]) -> Bounds),
     /// The hull of all operands.
     Hull,
@@ -174,6 +176,43 @@ pub enum BoundsRule {
     Map(fn(&[f64], &Bounds) -> Bounds),
     /// All of space.
     Infinite,
+}
+
+impl BoundsRule {
+    /// Returns the bounding volume of a shape by its parameters; `None` for a rule that is none for shapes.
+    pub fn shape_bounds(&self, parameters: &[f64]) -> Option<Bounds> {
+        match self {
+            Self::Centred(extents) => Some(Bounds::centred(extents.map(|e| e.value(parameters)))),
+            Self::Shape(bounds) => Some(bounds(parameters)),
+            _ => None,
+        }
+    }
+}
+
+/// The extent of a shape along an axis, from the origin. Parameters are given by their indices.
+#[derive(Clone, Copy, Debug)]
+pub enum Extent {
+    /// The sum of some parameters.
+    Sum(&'static [usize]),
+    /// The largest of some parameters.
+    Largest(&'static [usize]),
+    /// Another function of the parameters.
+    Function(fn(&[f64]) -> f64),
+    /// No limit.
+    Infinite,
+}
+
+impl Extent {
+    /// Returns the extent of a shape with some parameters.
+    pub fn value(self, parameters: &[f64]) -> f64 {
+        let values = |indices: &'static [usize]| indices.iter().map(|&index| parameters[index]);
+        match self {
+            Self::Sum(indices) => values(indices).sum(),
+            Self::Largest(indices) => values(indices).fold(f64::NEG_INFINITY, f64::max),
+            Self::Function(extent) => extent(parameters),
+            Self::Infinite => f64::INFINITY,
+        }
+    }
 }
 
 /// The kind of an argument in a scene, which determines its syntax and its valid values.

@@ -17,6 +17,7 @@ use crate::bounds::Bounds;
 use crate::interval::MAX_NOISE_STEEPNESS;
 use crate::ops::{prepare, shapes, volumes};
 use crate::real::Real;
+use crate::row::Extent::{Function, Infinite, Largest, Sum};
 use crate::row::{
     ArgumentKind as A, BoundsRule, Category, Continuity, Exactness, Input, Language, OpFacts,
     Output, Parameter, ParameterType, Slope, optional, required,
@@ -35,7 +36,7 @@ macro_rules! for_each_operation {
             /// A sphere of radius `r`.
             Sphere "sphere" = shapes::sphere(p: Point; r: Scalar) -> Value, prepare::identity, OpFacts {
                 language: Some(Language { name: "sphere", arguments: &[required("r", A::Radius)] }),
-                bounds: BoundsRule::Shape(|a| Bounds::sphere(a[0])),
+                bounds: BoundsRule::Centred([Sum(&[0]); 3]),
                 is_convex: true,
                 axis_of_revolution: Some(Y_AXIS),
                 has_equal_axes: true,
@@ -45,7 +46,7 @@ macro_rules! for_each_operation {
             /// A box of the full size `size`.
             Cuboid "cuboid" = shapes::cuboid(p: Point; half: Vec3) -> Value, prepare::half_size, OpFacts {
                 language: Some(Language { name: "box", arguments: &[required("size", A::Size3)] }),
-                bounds: BoundsRule::Shape(shapes::cuboid_bounds),
+                bounds: BoundsRule::Centred([Sum(&[0]), Sum(&[1]), Sum(&[2])]),
                 flats: &[flat(0, 0), flat(1, 1), flat(2, 2)],
                 is_convex: true,
                 source: "I. Quilez, Distance Functions: box",
@@ -54,7 +55,7 @@ macro_rules! for_each_operation {
             /// A box of the full size `size` with rounded edges and corners. Their radius is `round`, at most half the smallest size.
             RoundedCuboid "rounded_cuboid" = shapes::rounded_cuboid(p: Point; half: Vec3, round: Scalar) -> Value, shapes::rounded_cuboid_parameters, OpFacts {
                 language: Some(Language { name: "box", arguments: &[required("size", A::Size3), optional("round", A::LengthOrZero, &[0.0])] }),
-                bounds: BoundsRule::Shape(shapes::cuboid_bounds),
+                bounds: BoundsRule::Centred([Sum(&[0]), Sum(&[1]), Sum(&[2])]),
                 is_convex: true,
                 source: "I. Quilez, Distance Functions: round box",
                 ..SOLID
@@ -63,14 +64,14 @@ macro_rules! for_each_operation {
             BoxFrame "box_frame" = shapes::box_frame(p: Point; half: Vec3, bar: Scalar) -> Value, shapes::box_frame_parameters, OpFacts {
                 language: Some(Language { name: "box_frame", arguments: &[required("size", A::Size3), required("thickness", A::Length)] }),
                 exactness: Exactness::ExactOutside,
-                bounds: BoundsRule::Shape(shapes::cuboid_bounds),
+                bounds: BoundsRule::Centred([Sum(&[0]), Sum(&[1]), Sum(&[2])]),
                 source: "I. Quilez, Distance Functions: box frame",
                 ..SOLID
             };
             /// All points within `r` of a segment of the y axis, centred at the origin. The segment has the length `h`, the capsule the length `h` + 2 `r`.
             Capsule "capsule" = shapes::capsule(p: Point; half: Scalar, r: Scalar) -> Value, prepare::halve_first, OpFacts {
                 language: Some(Language { name: "capsule", arguments: &[required("h", A::LengthOrZero), required("r", A::Radius)] }),
-                bounds: BoundsRule::Shape(shapes::capsule_bounds),
+                bounds: BoundsRule::Centred([Sum(&[1]), Sum(&[0, 1]), Sum(&[1])]),
                 is_convex: true,
                 axis_of_revolution: Some(Y_AXIS),
                 source: "I. Quilez, Distance Functions: vertical capsule",
@@ -87,7 +88,7 @@ macro_rules! for_each_operation {
             /// A ring around the y axis: all points within `r2` of a circle of the radius `r1`. The distance is exact inside if `r2` is at most `r1`.
             Torus "torus" = shapes::torus(p: Point; ring: Scalar, tube: Scalar) -> Value, prepare::identity, OpFacts {
                 language: Some(Language { name: "torus", arguments: &[required("r1", A::Radius), required("r2", A::Radius)] }),
-                bounds: BoundsRule::Shape(shapes::torus_bounds),
+                bounds: BoundsRule::Centred([Sum(&[0, 1]), Sum(&[1]), Sum(&[0, 1])]),
                 axis_of_revolution: Some(Y_AXIS),
                 source: "I. Quilez, Distance Functions: torus",
                 ..SOLID
@@ -102,7 +103,7 @@ macro_rules! for_each_operation {
             /// A cylinder of radius `r` and height `h` around the y axis.
             Cylinder "cylinder" = shapes::cylinder(p: Point; r: Scalar, half: Scalar) -> Value, prepare::halve_last, OpFacts {
                 language: Some(Language { name: "cylinder", arguments: &[required("r", A::Radius), required("h", A::Length)] }),
-                bounds: BoundsRule::Shape(shapes::cylinder_bounds),
+                bounds: BoundsRule::Centred([Sum(&[0]), Sum(&[1]), Sum(&[0])]),
                 flats: &[flat(1, 1)],
                 is_convex: true,
                 axis_of_revolution: Some(Y_AXIS),
@@ -112,7 +113,7 @@ macro_rules! for_each_operation {
             /// A cylinder with rounded rims. Their radius is `round`, at most `r` and at most half of `h`.
             RoundedCylinder "rounded_cylinder" = shapes::rounded_cylinder(p: Point; r: Scalar, half: Scalar, round: Scalar) -> Value, shapes::rounded_cylinder_parameters, OpFacts {
                 language: Some(Language { name: "cylinder", arguments: &[required("r", A::Radius), required("h", A::Length), optional("round", A::LengthOrZero, &[0.0])] }),
-                bounds: BoundsRule::Shape(shapes::cylinder_bounds),
+                bounds: BoundsRule::Centred([Sum(&[0]), Sum(&[1]), Sum(&[0])]),
                 is_convex: true,
                 axis_of_revolution: Some(Y_AXIS),
                 source: "I. Quilez, Distance Functions: rounded cylinder",
@@ -137,7 +138,7 @@ macro_rules! for_each_operation {
             /// A cone around the y axis of the height `h`, with the radius `r1` at its bottom and `r2` at its top.
             Cone "cone" = shapes::cone(p: Point; bottom: Scalar, top: Scalar, half: Scalar, slope: Scalar, across: Vec2) -> Value, shapes::cone_parameters, OpFacts {
                 language: Some(Language { name: "cone", arguments: &[required("r1", A::RadiusOrZero), required("r2", A::RadiusOrZero), required("h", A::Length)] }),
-                bounds: BoundsRule::Shape(shapes::cone_bounds),
+                bounds: BoundsRule::Centred([Largest(&[0, 1]), Sum(&[2]), Largest(&[0, 1])]),
                 is_convex: true,
                 axis_of_revolution: Some(Y_AXIS),
                 source: "I. Quilez, Distance Functions: capped cone; by the nearest of face, side and rim",
@@ -164,7 +165,7 @@ macro_rules! for_each_operation {
             /// An ellipsoid with the radii `r` along the axes. If the radii differ by a factor of more than 1,000, the value may be far less than the distance.
             Ellipsoid "ellipsoid" = shapes::ellipsoid(p: Point; r: Vec3) -> Value, prepare::identity, OpFacts {
                 language: Some(Language { name: "ellipsoid", arguments: &[required("r", A::Radii3)] }),
-                bounds: BoundsRule::Shape(shapes::ellipsoid_bounds),
+                bounds: BoundsRule::Centred([Sum(&[0]), Sum(&[1]), Sum(&[2])]),
                 is_convex: true,
                 source: "D. Eberly, Distance from a Point to an Ellipse, an Ellipsoid, or a Hyperellipsoid, 2013",
                 ..SOLID
@@ -188,7 +189,7 @@ macro_rules! for_each_operation {
             /// A prism of the height `h` on a regular polygon of `n` corners, at least 3. They are at the distance `r` from the y axis, the first on the +x side.
             Prism "prism" = shapes::prism(p: Point; sector: Scalar, inverse: Scalar, apothem: Scalar, side: Scalar, half: Scalar) -> Value, shapes::prism_parameters, OpFacts {
                 language: Some(Language { name: "prism", arguments: &[required("n", A::Count), required("r", A::Radius), required("h", A::Length)] }),
-                bounds: BoundsRule::Shape(shapes::prism_bounds),
+                bounds: BoundsRule::Centred([Function(shapes::ngon_radius), Sum(&[4]), Function(shapes::ngon_radius)]),
                 flats: &[flat(1, 4)],
                 is_convex: true,
                 source: "a regular polygon, extruded",
@@ -197,7 +198,7 @@ macro_rules! for_each_operation {
             /// An octahedron with its corners on the axes, at the distance `r` from the centre.
             Octahedron "octahedron" = shapes::octahedron(p: Point; r: Scalar) -> Value, prepare::identity, OpFacts {
                 language: Some(Language { name: "octahedron", arguments: &[required("r", A::Radius)] }),
-                bounds: BoundsRule::Shape(|a| Bounds::sphere(a[0])),
+                bounds: BoundsRule::Centred([Sum(&[0]); 3]),
                 is_convex: true,
                 has_equal_axes: true,
                 source: "I. Quilez, Distance Functions: octahedron",
@@ -206,7 +207,7 @@ macro_rules! for_each_operation {
             /// A tetrahedron with its corners on diagonals of the cube around the origin, at the distance `r` from the centre.
             Tetrahedron "tetrahedron" = shapes::tetrahedron(p: Point; inner: Scalar) -> Value, shapes::tetrahedron_parameters, OpFacts {
                 language: Some(Language { name: "tetrahedron", arguments: &[required("r", A::Radius)] }),
-                bounds: BoundsRule::Shape(shapes::tetrahedron_bounds),
+                bounds: BoundsRule::Centred([Function(shapes::tetrahedron_half_edge); 3]),
                 is_convex: true,
                 source: "the nearest of a face, an edge and a corner, by symmetry",
                 ..SOLID
@@ -214,7 +215,7 @@ macro_rules! for_each_operation {
             /// A pyramid of the height `h` on a square with sides of the length `size`. The origin is at half its height.
             Pyramid "pyramid" = shapes::pyramid(p: Point; base: Scalar, half: Scalar, across: Vec2, slope: Scalar, inverse: Scalar) -> Value, shapes::pyramid_parameters, OpFacts {
                 language: Some(Language { name: "pyramid", arguments: &[required("size", A::Length), required("h", A::Length)] }),
-                bounds: BoundsRule::Shape(shapes::pyramid_bounds),
+                bounds: BoundsRule::Centred([Sum(&[0]), Sum(&[1]), Sum(&[0])]),
                 is_convex: true,
                 source: "I. Quilez, Distance Functions: pyramid; by the nearest of base, side and edge",
                 ..SOLID
@@ -222,7 +223,7 @@ macro_rules! for_each_operation {
             /// A link of a chain in the xy plane. It is a ring of the radius `r1` and the thickness `r2`, with straight segments of the length `length` between its halves.
             Link "link" = shapes::link(p: Point; half: Scalar, ring: Scalar, tube: Scalar) -> Value, prepare::halve_first, OpFacts {
                 language: Some(Language { name: "link", arguments: &[required("length", A::LengthOrZero), required("r1", A::Radius), required("r2", A::Radius)] }),
-                bounds: BoundsRule::Shape(shapes::link_bounds),
+                bounds: BoundsRule::Centred([Sum(&[1, 2]), Sum(&[0, 1, 2]), Sum(&[2])]),
                 source: "I. Quilez, Distance Functions: link",
                 ..SOLID
             };
@@ -255,7 +256,7 @@ macro_rules! for_each_operation {
             /// A disc of radius `r`.
             Circle "circle" = shapes::circle(p: Plane; r: Scalar) -> Value, prepare::identity, OpFacts {
                 language: Some(Language { name: "circle", arguments: &[required("r", A::Radius)] }),
-                bounds: BoundsRule::Shape(shapes::circle_bounds),
+                bounds: BoundsRule::Centred([Sum(&[0]), Sum(&[0]), Infinite]),
                 is_convex: true,
                 axis_of_revolution: Some(Z_AXIS),
                 source: "J. C. Hart, Sphere Tracing, 1996, appendix A",
@@ -264,7 +265,7 @@ macro_rules! for_each_operation {
             /// A rectangle of the full size `size`.
             Rect "rect" = shapes::rect(p: Plane; half: Vec2) -> Value, prepare::half_size, OpFacts {
                 language: Some(Language { name: "rect", arguments: &[required("size", A::Size2)] }),
-                bounds: BoundsRule::Shape(shapes::rect_bounds),
+                bounds: BoundsRule::Centred([Sum(&[0]), Sum(&[1]), Infinite]),
                 flats: &[flat(0, 0), flat(1, 1)],
                 is_convex: true,
                 source: "I. Quilez, 2D Distance Functions: box",
@@ -273,7 +274,7 @@ macro_rules! for_each_operation {
             /// A rectangle with rounded corners. Their radius is `round`, at most half the smaller size.
             RoundedRect "rounded_rect" = shapes::rounded_rect(p: Plane; half: Vec2, round: Scalar) -> Value, shapes::rounded_rect_parameters, OpFacts {
                 language: Some(Language { name: "rect", arguments: &[required("size", A::Size2), optional("round", A::LengthOrZero, &[0.0])] }),
-                bounds: BoundsRule::Shape(shapes::rect_bounds),
+                bounds: BoundsRule::Centred([Sum(&[0]), Sum(&[1]), Infinite]),
                 is_convex: true,
                 source: "I. Quilez, 2D Distance Functions: rounded box",
                 ..PLANE
@@ -289,7 +290,7 @@ macro_rules! for_each_operation {
             /// A regular polygon of `n` corners, at least 3. They are at the distance `r` from the centre, the first on the +y axis.
             Ngon "ngon" = shapes::ngon(p: Plane; sector: Scalar, inverse: Scalar, apothem: Scalar, side: Scalar) -> Value, shapes::ngon_parameters, OpFacts {
                 language: Some(Language { name: "ngon", arguments: &[required("n", A::Count), required("r", A::Radius)] }),
-                bounds: BoundsRule::Shape(shapes::ngon_bounds),
+                bounds: BoundsRule::Centred([Function(shapes::ngon_radius), Function(shapes::ngon_radius), Infinite]),
                 is_convex: true,
                 source: "the sector of a side, by symmetry",
                 ..PLANE
@@ -297,7 +298,7 @@ macro_rules! for_each_operation {
             /// A star of `n` tips. They are at the distance `r1` from the centre, the first on the +y axis. The corners between them are at the distance `r2`.
             Star "star" = shapes::star(p: Plane; sector: Scalar, inverse: Scalar, tip: Scalar, length: Scalar, across: Vec2) -> Value, shapes::star_parameters, OpFacts {
                 language: Some(Language { name: "star", arguments: &[required("n", A::Count), required("r1", A::Radius), required("r2", A::Radius)] }),
-                bounds: BoundsRule::Shape(shapes::star_bounds),
+                bounds: BoundsRule::Centred([Function(shapes::star_radius), Function(shapes::star_radius), Infinite]),
                 source: "half the sector of a tip, by symmetry",
                 ..PLANE
             };

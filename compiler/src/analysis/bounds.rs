@@ -404,7 +404,10 @@ impl ShapeBounds {
         let hull = || boxes.iter().fold(Bounds::EMPTY, |hull, b| hull.hull(b));
         let meta = &op.row().meta;
         match meta.bounds {
-            BoundsRule::Shape(rule) => rule(numbers),
+            BoundsRule::Centred(_) | BoundsRule::Shape(_) => meta
+                .bounds
+                .shape_bounds(numbers)
+                .unwrap_or(Bounds::ALL_SPACE),
             BoundsRule::Hull => hull(),
             BoundsRule::HullGrown(rule) => {
                 let growth = match meta.blend {
@@ -535,9 +538,10 @@ impl ShapeBounds {
                 BoundsRule::FirstOperand => self.slack(scene, children[0]),
                 BoundsRule::Hull => self.joined_slack(scene, children),
                 BoundsRule::HullGrown(_) => self.joined_slack(scene, children).after_growth(),
-                BoundsRule::Shape(_) | BoundsRule::Map(_) | BoundsRule::Infinite => {
-                    DistanceSlack::UNKNOWN
-                }
+                BoundsRule::Centred(_)
+                | BoundsRule::Shape(_)
+                | BoundsRule::Map(_)
+                | BoundsRule::Infinite => DistanceSlack::UNKNOWN,
             },
             ShapeKind::Frame {
                 child,

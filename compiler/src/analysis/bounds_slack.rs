@@ -165,7 +165,7 @@ mod tests {
     #[test]
     fn what_is_common_spreads_as_those_do_that_bound_it() {
         let unknown = (Bounds::centred([2.0, 1.0, 2.0]), DistanceSlack::UNKNOWN);
-        let ball = (Bounds::sphere(1.0), DistanceSlack::NONE);
+        let ball = (Bounds::centred([1.0; 3]), DistanceSlack::NONE);
         assert_eq!(
             DistanceSlack::intersection(&[unknown, ball]),
             DistanceSlack::NONE
@@ -175,7 +175,7 @@ mod tests {
             DistanceSlack::intersection(&[slab, ball]),
             DistanceSlack::from_axis(1.0)
         );
-        let inner = (Bounds::sphere(0.5), DistanceSlack::UNKNOWN);
+        let inner = (Bounds::centred([0.5; 3]), DistanceSlack::UNKNOWN);
         assert_eq!(
             DistanceSlack::intersection(&[inner, ball]),
             DistanceSlack::UNKNOWN

@@ -8,7 +8,7 @@ use super::linear::LinearForm;
 use super::{CutContext, CutterExtension, TOUCH_TOLERANCE};
 use crate::expression::ExprId;
 use crate::scene::{ShapeId, ShapeKind, children_mut};
-use sdfc_vm::row::{BoundsRule, SetOperation};
+use sdfc_vm::row::{BoundsRule, Extent, SetOperation};
 use sdfc_vm::table::Op;
 
 /// A side of a shape: an axis of its frame, and 1 or −1.
@@ -203,13 +203,22 @@ impl CutterExtension<'_> {
                 is_across.then(|| LinearForm::from_expr(&self.scene.expressions, *offset))
             }
             ShapeKind::Primitive { op, parameters } => {
-                let extent_of = |index: &usize| {
-                    LinearForm::from_expr(&self.scene.expressions, parameters[*index])
+                let form = |&index: &usize| {
+                    LinearForm::from_expr(&self.scene.expressions, parameters[index])
                 };
-                let ends = extent_parameters(op, axis);
-                match ends.is_empty() {
-                    true => by_box(self),
-                    false => self.largest_of(ends.iter().map(extent_of).collect()),
+                match op.row().meta.bounds {
+                    BoundsRule::Centred(extents) => match extents[axis] {
+                        Extent::Sum(indices) => {
+                            let sum =
+                                |sum: LinearForm, next: LinearForm| sum.plus_scaled(&next, 1.0);
+                            indices.iter().map(form).reduce(sum)
+                        }
+                        Extent::Largest(indices) => {
+                            self.largest_of(indices.iter().map(form).collect())
+                        }
+                        Extent::Function(_) | Extent::Infinite => by_box(self),
+                    },
+                    _ => by_box(self),
                 }
             }
             ShapeKind::Polygon { points } => {
@@ -321,74 +330,5 @@ impl CutterExtension<'_> {
     pub(super) fn is_flush_with(&self, distance: &LinearForm, max_step: f64) -> bool {
         let min_distance = self.min_value(distance);
         min_distance >= -TOUCH_TOLERANCE * max_step && min_distance < MAX_PROTRUSION * max_step
-    }
-}
-
-/// Returns the parameters, the largest of which is the extent of an operation's shape on both sides of an
-/// axis; none if its bounding volume is not given by them.
-///
-/// The volume is compared at sample parameters. A formula that equals the largest of some parameters at all
-/// samples is assumed to equal it everywhere; a formula with rare cases would break this.
-fn extent_parameters(op: Op, axis: usize) -> Vec<usize> {
-    let row = op.row();
-    let BoundsRule::Shape(volume) = row.meta.bounds else {
-        return Vec::new();
-    };
-    let width = row.parameters.iter().map(|p| p.ty.width()).sum();
-    let mut samples = Vec::with_capacity(EXTENT_SAMPLES);
-    for sample in 0..EXTENT_SAMPLES {
-        let numbers: Vec<f64> = (0..width)
-            .map(|index| sample_parameter(1 + sample * width + index))
-            .collect();
-        let bounds = volume(&numbers);
-        let extent = bounds.max[axis];
-        let Some(largest) = numbers.iter().position(|&number| number == extent) else {
-            return Vec::new();
-        };
-        if bounds.min[axis] != -extent {
-            return Vec::new();
-        }
-        samples.push((numbers, largest));
-    }
-    let is_used = |index: &usize| samples.iter().any(|(_, largest)| largest == index);
-    let used: Vec<usize> = (0..width).filter(is_used).collect();
-    let is_largest = |(numbers, largest): &(Vec<f64>, usize)| {
-        used.iter()
-            .all(|&index| numbers[index] <= numbers[*largest])
-    };
-    match samples.iter().all(is_largest) {
-        true => used,
-        false => Vec::new(),
-    }
-}
-
-/// Number of sample parameters of a bounding volume.
-const EXTENT_SAMPLES: usize = 24;
-
-/// A generic positive number: the fractional part of a multiple of the golden ratio, above a tenth.
-fn sample_parameter(number: usize) -> f64 {
-    0.1 + ((number * number) as f64 * 0.618_033_988_749_894_9).fract()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn extents_follow_from_bounding_volumes() {
-        let expected: [(Op, [&[usize]; 3]); 8] = [
-            (Op::Sphere, [&[0], &[0], &[0]]),
-            (Op::Cuboid, [&[0], &[1], &[2]]),
-            (Op::Cone, [&[0, 1], &[2], &[0, 1]]),
-            (Op::Prism, [&[], &[4], &[]]),
-            (Op::Torus, [&[], &[1], &[]]),
-            (Op::Plane, [&[], &[], &[]]),
-            (Op::Rect, [&[0], &[1], &[]]),
-            (Op::Gyroid, [&[], &[], &[]]),
-        ];
-        for (op, extents) in expected {
-            let found = [0, 1, 2].map(|axis| extent_parameters(op, axis));
-            assert_eq!(found, extents.map(<[usize]>::to_vec), "{op:?}");
-        }
     }
 }

@@ -94,6 +94,17 @@ const EXTENDED_CASES: &[Case] = &[
         [0.0, 0.5, 1.0],
         0.25,
     ),
+    // Up to the pole of a round body, whose extent is a sum of live numbers.
+    (
+        "param h = 1 in 0.5..=2; capsule(h: h, r: 1) - cylinder(r: 0.5, h: h + 2)",
+        [0.0, 1.5, 0.0],
+        0.5,
+    ),
+    (
+        "param r = 2 in 1..=3; torus(r1: r, r2: 0.5) - box([2 * r + 1, 0.4, 0.4])",
+        [2.5, 0.0, 0.0],
+        0.2,
+    ),
     // With a live number in a polygon, of the body or of the cutter.
     (
         "param h = 1 in 0.5..=2; polygon([[0, 0], [3, 0], [3, h], [0, h]]).revolve() - cylinder(r: 0.5, h: h).translate(0, h / 2, 0)",

@@ -339,7 +339,7 @@ fn view_keys_look_along_the_axes_of_both_kinds_of_scene() {
 
 #[test]
 fn the_other_lens_keeps_the_size_of_what_is_in_focus() {
-    let bounds = Bounds::sphere(10.0);
+    let bounds = Bounds::centred([10.0; 3]);
     for mut camera in cameras() {
         let look = DVec3::from(camera.view().look);
         let side_point = (look + Basis::from_view(&camera.view()).right * 0.4).to_array();
@@ -376,7 +376,7 @@ fn plane_figures_only_pan_and_zoom() {
     let previous = camera.view();
     camera.orbit(0.5, 0.5);
     camera.view_from(ViewSide::Isometric);
-    camera.toggle_lens(&Bounds::sphere(1.0));
+    camera.toggle_lens(&Bounds::centred([1.0; 3]));
     assert_eq!(camera.view(), previous);
     camera.pan([0.5, 0.5], None, ASPECT);
     zoom_at(&mut camera, 0.5, [0.2, 0.1]);

@@ -247,7 +247,7 @@ mod tests {
     #[test]
     fn an_automatic_camera_has_all_corners_in_the_picture_and_touches_its_edge() {
         let boxes = [
-            Bounds::sphere(1.0),
+            Bounds::centred([1.0; 3]),
             Bounds {
                 min: [10.0, 0.0, -3.0],
                 max: [12.0, 9.0, -1.0],
@@ -310,7 +310,7 @@ mod tests {
             up: [0.0, 1.0, 0.0],
             lens: ResolvedLens::Perspective(0.6),
         };
-        for bounds in [Bounds::ALL_SPACE, Bounds::EMPTY, Bounds::sphere(0.0)] {
+        for bounds in [Bounds::ALL_SPACE, Bounds::EMPTY, Bounds::centred([0.0; 3])] {
             let target = FramingTarget::from_bounds(&bounds);
             let view = framed_view(&camera_view, &Outline::from_bounds(&target.shown), 1.5);
             assert!(view.from.iter().all(|v| v.is_finite()), "{bounds:?}");

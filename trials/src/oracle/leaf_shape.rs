@@ -3,7 +3,7 @@
 use super::influence_box::InfluenceBox;
 use super::point::Point;
 use sdfc_vm::apply::{OpResult, apply_numbers};
-use sdfc_vm::row::{BoundsRule, Category, Exactness, Slope};
+use sdfc_vm::row::{Category, Exactness, Slope};
 use sdfc_vm::table::Op;
 use sdfc_vm::vector::V3;
 
@@ -58,15 +58,12 @@ pub(super) fn shape_by_body(op: Op, k: &[f64]) -> Option<LeafShape> {
     }
     let width = row.parameters.iter().map(|p| p.ty.width()).sum();
     let parameters = k[..width].to_vec();
-    let bounds = match (meta.bounds, meta.exactness) {
-        (BoundsRule::Shape(volume), Exactness::Exact | Exactness::ExactOutside) => {
-            let volume = volume(&parameters);
-            InfluenceBox {
-                low: volume.min,
-                high: volume.max,
-                distance_ratio: 1.0,
-            }
-        }
+    let bounds = match (meta.bounds.shape_bounds(&parameters), meta.exactness) {
+        (Some(volume), Exactness::Exact | Exactness::ExactOutside) => InfluenceBox {
+            low: volume.min,
+            high: volume.max,
+            distance_ratio: 1.0,
+        },
         _ => InfluenceBox::ALL_SPACE,
     };
     let slope_bound = match meta.slope {

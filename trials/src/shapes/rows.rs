@@ -5,7 +5,7 @@
 
 use super::numbers::{degrees, direction, length, length_or_zero, rounding, vector};
 use crate::random::Random;
-use sdfc_vm::row::{Argument, ArgumentKind, BoundsRule, Category, Exactness};
+use sdfc_vm::row::{Argument, ArgumentKind, Category, Exactness};
 use sdfc_vm::table::{Op, ROWS, Row};
 
 /// Rows whose second radius may exceed the first one; without an entry it does not.
@@ -35,10 +35,8 @@ impl ShapeClass {
     /// Returns the class of a row, or `None` for rows that are no shapes.
     pub(super) fn from_row(row: &Row) -> Option<Self> {
         let is_exact = row.meta.exactness == Exactness::Exact;
-        let is_finite = match row.meta.bounds {
-            BoundsRule::Shape(volume) => volume(&[0.5; MAX_PARAMETERS]).is_finite(),
-            _ => false,
-        };
+        let bounds = row.meta.bounds.shape_bounds(&[0.5; MAX_PARAMETERS]);
+        let is_finite = bounds.is_some_and(|bounds| bounds.is_finite());
         match row.meta.category {
             Category::Shape3 if !is_exact => Some(Self::BoundSolid { is_finite }),
             Category::Shape3 if is_finite => Some(Self::ExactSolid),

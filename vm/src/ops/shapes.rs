@@ -1,12 +1,13 @@
 //! Solids and 2-D shapes, one file per family. Each solid is centred at the origin with its axis along y,
 //! unless it says otherwise.
 //!
-//! A shape `NAME` consists of up to three functions next to each other:
+//! A shape `NAME` consists of functions next to each other:
 //!
 //! - the body `NAME`: the distance, from the point and the parameters;
 //! - `NAME_parameters`: the conversion of a call's arguments to the parameters, unless one of
 //!   [`prepare`](super::prepare) does it;
-//! - `NAME_bounds`: the bounding volume, from the parameters.
+//! - functions of the parameters for its bounding volume, if its row needs any: the extent along an axis, or
+//!   the whole volume, `NAME_bounds`.
 //!
 //! A shape's distance is at least that to its volume along the farthest axis; for exact shapes, it is at
 //! least the Euclidean distance. Blends rely on this: their offset is nonzero only where a shape's distance

@@ -14,10 +14,11 @@ fn holds(b: &Bounds, p: Point) -> bool {
 fn shapes_lie_within_their_bounds() {
     for case in cases(11, 12, |op| is_shape(op) && op != Op::PolygonEdge) {
         let mut random = Random::for_case(10, &case.name());
-        let bounds = match case.op.row().meta.bounds {
-            BoundsRule::Shape(f) => f(&case.parameters()),
-            BoundsRule::Infinite => continue,
-            _ => panic!("{} has no bounds of its own", case.name()),
+        let rule = case.op.row().meta.bounds;
+        let Some(bounds) = rule.shape_bounds(&case.parameters()) else {
+            let is_infinite = matches!(rule, BoundsRule::Infinite);
+            assert!(is_infinite, "{} has no bounds of its own", case.name());
+            continue;
         };
         let mut reached = Bounds::EMPTY;
         for i in 0..tries(20_000, 12) {
@@ -58,10 +59,10 @@ fn shapes_lie_within_their_bounds() {
 fn shapes_are_as_far_as_their_bounds_at_least() {
     for case in cases(17, 12, |op| is_shape(op) && op != Op::PolygonEdge) {
         let mut random = Random::for_case(16, &case.name());
-        let BoundsRule::Shape(bounds) = case.op.row().meta.bounds else {
+        let rule = case.op.row().meta.bounds;
+        let Some(bounds) = rule.shape_bounds(&case.parameters()) else {
             continue;
         };
-        let bounds = bounds(&case.parameters());
         for _ in 0..tries(5_000, 12) {
             let p = random.point(4.0);
             let beyond: Point =

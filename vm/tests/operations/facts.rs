@@ -2,7 +2,7 @@
 
 use crate::fixture::{Case, Point, Random, add, cases, distance, is_shape, sub};
 use sdfc_vm::bounds::Bounds;
-use sdfc_vm::row::{BoundsRule, OpFacts, Output};
+use sdfc_vm::row::{OpFacts, Output};
 use sdfc_vm::table::{Op, ROWS};
 
 /// Maximum difference of values at two points that are the same to a shape.
@@ -25,10 +25,9 @@ fn message(case: &Case, fact: &str, p: Point) -> String {
 fn between_two_points_of_a_convex_shape_lies_the_shape() {
     let mut random = Random::new(32);
     for case in cases_with(|facts| facts.is_convex) {
-        let bounds = match case.op.row().meta.bounds {
-            BoundsRule::Shape(bounds) => bounds(&case.parameters()),
-            _ => Bounds::ALL_SPACE,
-        };
+        let rule = case.op.row().meta.bounds;
+        let bounds = rule.shape_bounds(&case.parameters());
+        let bounds = bounds.unwrap_or(Bounds::ALL_SPACE);
         let inside: Vec<Point> = (0..4000)
             .map(|_| random.point_in(&bounds))
             .filter(|&p| case.at(p) < 0.0)

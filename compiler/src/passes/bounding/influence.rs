@@ -209,7 +209,7 @@ impl<'g> InfluenceBoxes<'g> {
             (BoundsRule::Intersection, _) => self.smaller(a, b),
             // At least the first operand.
             (BoundsRule::FirstOperand, _) => self.get(a).cloned(),
-            (BoundsRule::Shape(_) | BoundsRule::Map(_) | BoundsRule::Infinite, _) => None,
+            _ => None,
         }
     }
 
@@ -494,9 +494,8 @@ pub(in crate::passes) fn constants(numbers: &[GraphNumber]) -> Option<Vec<f64>> 
 /// Returns the box of an operation that does not depend on an operand's box.
 fn bounds_by_rule(op: Op, numbers: &[f64]) -> Option<Bounds> {
     match op.row().meta.bounds {
-        BoundsRule::Shape(rule) => Some(rule(numbers)),
         BoundsRule::Map(rule) => Some(rule(numbers, &Bounds::ALL_SPACE)),
-        _ => None,
+        rule => rule.shape_bounds(numbers),
     }
 }
 

@@ -1,6 +1,5 @@
 //! Boxes with sharp and rounded edges, and their frames.
 
-use crate::bounds::Bounds;
 use crate::ops::prepare::half;
 use crate::real::{Real, Vector3, lit};
 
@@ -12,11 +11,6 @@ use crate::real::{Real, Vector3, lit};
 pub fn cuboid<R: Real>(p: R::Vec3, half: R::Vec3) -> R {
     let q = (p.abs() - half).named("q");
     q.max(R::Vec3::splat(lit(0.0))).length() + lit::<R>(0.0).min(q.max_component())
-}
-
-/// Bounds a box, sharp or not, given its half sizes.
-pub fn cuboid_bounds(a: &[f64]) -> Bounds {
-    Bounds::centred([a[0], a[1], a[2]])
 }
 
 /// A box with rounded edges: the offset of a smaller sharp one by `round`.

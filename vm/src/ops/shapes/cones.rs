@@ -78,12 +78,6 @@ fn side<R: Real>(bottom: R, top: R, h: R) -> (R, [R; 2]) {
     )
 }
 
-/// Bounds a truncated cone, given its radii at bottom and top and its half height.
-pub fn cone_bounds(a: &[f64]) -> Bounds {
-    let r = a[0].max(a[1]);
-    Bounds::centred([r, a[2], r])
-}
-
 /// A cone with rounded rims: the offset by `round` of a smaller sharp one with its centre at `middle` along
 /// y.
 #[inline(always)]
@@ -143,7 +137,8 @@ pub fn rounded_cone_parameters<R: Real>(a: &[R]) -> Vec<R> {
 
 /// Bounds a rounded cone: a truncated cone around its centre, grown by the rounding.
 pub fn rounded_cone_bounds(a: &[f64]) -> Bounds {
-    let mut b = cone_bounds(a).grown(a[7]);
+    let r = a[0].max(a[1]);
+    let mut b = Bounds::centred([r, a[2], r]).grown(a[7]);
     b.min[1] += a[6];
     b.max[1] += a[6];
     b

@@ -11,11 +11,6 @@ pub fn cylinder<R: Real>(p: R::Vec3, r: R, half: R) -> R {
     corner::<R>(R::Vec2::new(p.xz().length() - r, p.y().abs() - half))
 }
 
-/// Bounds a cylinder, given its radius and half height.
-pub fn cylinder_bounds(a: &[f64]) -> Bounds {
-    Bounds::centred([a[0], a[1], a[0]])
-}
-
 /// A cylinder with rounded rims: the offset of a smaller sharp one by `round`.
 #[inline(always)]
 pub fn rounded_cylinder<R: Real>(p: R::Vec3, r: R, half: R, round: R) -> R {

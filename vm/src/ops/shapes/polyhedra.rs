@@ -1,7 +1,6 @@
 //! Solids with flat faces besides boxes: the octahedron, the tetrahedron, pyramids and prisms.
 
 use super::shapes_2d::{ngon_parameters, polygon_sector};
-use crate::bounds::Bounds;
 use crate::ops::dimension::corner;
 use crate::ops::prepare::{half, halve_last, inverse};
 use crate::real::{Real, Vector2, Vector3, lit};
@@ -60,9 +59,10 @@ pub fn tetrahedron_parameters<R: Real>(a: &[R]) -> Vec<R> {
     vec![a[0] * lit(1.0 / 3.0)]
 }
 
-/// Bounds a tetrahedron, given the distance of its faces. The corners lie on diagonals, three times as far.
-pub fn tetrahedron_bounds(a: &[f64]) -> Bounds {
-    Bounds::centred([a[0] * 3.0_f64.sqrt(); 3])
+/// Returns half the edge of the cube whose corners a tetrahedron shares, given the distance of its faces. The
+/// corners lie on diagonals of the cube, three times as far as the faces.
+pub fn tetrahedron_half_edge(a: &[f64]) -> f64 {
+    a[0] * 3.0_f64.sqrt()
 }
 
 /// A pyramid on a square of the half side `base`, from −`half` to `half` along y. `across` is the unit
@@ -109,11 +109,6 @@ pub fn pyramid_parameters<R: Real>(a: &[R]) -> Vec<R> {
     ]
 }
 
-/// Bounds a pyramid, given its half side and half height.
-pub fn pyramid_bounds(a: &[f64]) -> Bounds {
-    Bounds::centred([a[0], a[1], a[0]])
-}
-
 /// A regular prism with a corner edge on the +x side.
 #[inline(always)]
 pub fn prism<R: Real>(p: R::Vec3, sector: R, inverse: R, apothem: R, side: R, half: R) -> R {
@@ -124,10 +119,4 @@ pub fn prism<R: Real>(p: R::Vec3, sector: R, inverse: R, apothem: R, side: R, ha
 /// Converts a regular prism: the polygon, and the height to the half height.
 pub fn prism_parameters<R: Real>(a: &[R]) -> Vec<R> {
     halve_last(&ngon_parameters(a))
-}
-
-/// Bounds a prism, given the parameters of its polygon and its half height.
-pub fn prism_bounds(a: &[f64]) -> Bounds {
-    let r = a[2].hypot(a[3]);
-    Bounds::centred([r, a[4], r])
 }

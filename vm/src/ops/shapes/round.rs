@@ -16,21 +16,11 @@ pub fn ellipsoid<R: Real>(p: R::Vec3, r: R::Vec3) -> R {
     R::ellipsoid(p, r)
 }
 
-/// Bounds an ellipsoid, given its radii.
-pub fn ellipsoid_bounds(a: &[f64]) -> Bounds {
-    Bounds::centred([a[0], a[1], a[2]])
-}
-
 /// All points within `r` of a segment of the y axis.
 #[inline(always)]
 pub fn capsule<R: Real>(p: R::Vec3, half: R, r: R) -> R {
     let y = p.y() - p.y().clamp(-half, half);
     R::Vec3::new(p.x(), y, p.z()).length() - r
-}
-
-/// Bounds a capsule, given its half length along y and its radius.
-pub fn capsule_bounds(a: &[f64]) -> Bounds {
-    Bounds::centred([a[1], a[0] + a[1], a[1]])
 }
 
 /// All points within `r` of the segment from `start` to `start + axis`. `inverse` is one over its squared
@@ -63,11 +53,6 @@ pub fn capsule_between_bounds(a: &[f64]) -> Bounds {
 #[inline(always)]
 pub fn torus<R: Real>(p: R::Vec3, ring: R, tube: R) -> R {
     R::Vec2::new(p.xz().length() - ring, p.y()).length() - tube
-}
-
-/// Bounds a torus, given its ring and tube.
-pub fn torus_bounds(a: &[f64]) -> Bounds {
-    Bounds::centred([a[0] + a[1], a[1], a[0] + a[1]])
 }
 
 /// All points within `tube` of an arc in the xz plane, symmetric about the positive x axis. `end` is the
@@ -105,10 +90,4 @@ pub fn link<R: Real>(p: R::Vec3, half: R, ring: R, tube: R) -> R {
     let y = p.y() - p.y().clamp(-half, half);
     let around = R::Vec2::new(p.x(), y).length() - ring;
     R::Vec2::new(around, p.z()).length() - tube
-}
-
-/// Bounds a link, given its half length, ring and tube.
-pub fn link_bounds(a: &[f64]) -> Bounds {
-    let r = a[1] + a[2];
-    Bounds::centred([r, a[0] + r, a[2]])
 }

@@ -36,20 +36,10 @@ pub fn circle<R: Real>(p: R::Vec2, r: R) -> R {
     p.length() - r
 }
 
-/// Bounds a disc, given its radius.
-pub fn circle_bounds(a: &[f64]) -> Bounds {
-    plane_box(a[0], a[0])
-}
-
 /// A rectangle with sharp corners.
 #[inline(always)]
 pub fn rect<R: Real>(p: R::Vec2, half: R::Vec2) -> R {
     corner::<R>(p.abs() - half)
-}
-
-/// Bounds a rectangle, rounded or not, given its half sizes.
-pub fn rect_bounds(a: &[f64]) -> Bounds {
-    plane_box(a[0], a[1])
 }
 
 /// A rectangle with rounded corners: the offset of a smaller sharp one by `round`.
@@ -104,11 +94,9 @@ pub fn ngon_parameters<R: Real>(a: &[R]) -> Vec<R> {
     v
 }
 
-/// Bounds a regular polygon by a square around the circle through its corners, given the apothem and half a
-/// side.
-pub fn ngon_bounds(a: &[f64]) -> Bounds {
-    let r = a[2].hypot(a[3]);
-    plane_box(r, r)
+/// Returns the circumradius of a regular polygon, given the apothem and half a side.
+pub fn ngon_radius(a: &[f64]) -> f64 {
+    a[2].hypot(a[3])
 }
 
 /// A star with a tip on the +y axis, at the distance `tip` from the centre. By symmetry, one edge remains,
@@ -135,13 +123,12 @@ pub fn star_parameters<R: Real>(a: &[R]) -> Vec<R> {
     vec![sector, inverse, a[1], length, y * scale, -x * scale]
 }
 
-/// Bounds a star, given its tip and the length and normal of an edge. The volume contains the farther end of
-/// the edge.
-pub fn star_bounds(a: &[f64]) -> Bounds {
+/// Returns the distance of the farthest corner of a star from its centre. The inner corners may be farther than
+/// the tips.
+pub fn star_radius(a: &[f64]) -> f64 {
     let (tip, length) = (a[2], a[3]);
     let inner = (tip - length * a[5]).hypot(length * a[4]);
-    let r = tip.abs().max(inner);
-    plane_box(r, r)
+    tip.abs().max(inner)
 }
 
 /// One edge of a polygon. The value passed along the chain of edges is the distance to the nearest edge so
@@ -182,9 +169,4 @@ pub fn polygon_edge_bounds(a: &[f64], before: &Bounds) -> Bounds {
         .including([a[0], a[1], 0.0])
         .including([a[2], a[3], 0.0]);
     before.hull(&along_z(&edge, f64::INFINITY))
-}
-
-/// Returns a box in the plane.
-fn plane_box(x: f64, y: f64) -> Bounds {
-    Bounds::centred([x, y, f64::INFINITY])
 }
