@@ -423,6 +423,15 @@ pub fn channel_name(channel: u8) -> &'static str {
     NAMES[usize::from(channel)]
 }
 
+/// Returns the numbers, if none depends on a parameter.
+pub fn constants(numbers: &[GraphNumber]) -> Option<Vec<f64>> {
+    let constant = |n: &GraphNumber| match n {
+        GraphNumber::Constant(v) => Some(f64::from(*v)),
+        GraphNumber::Uniform(_) => None,
+    };
+    numbers.iter().map(constant).collect()
+}
+
 fn numbers(numbers: &[GraphNumber]) -> String {
     let list: Vec<String> = numbers
         .iter()
@@ -432,14 +441,4 @@ fn numbers(numbers: &[GraphNumber]) -> String {
         })
         .collect();
     format!("[{}]", list.join(", "))
-}
-
-/// Reports whether an operation is commutative to the last bit.
-pub fn is_commutative(op: Op) -> bool {
-    let by_blend = op
-        .row()
-        .meta
-        .blend
-        .is_some_and(|blend| !blend.negate_second);
-    by_blend || matches!(op, Op::Add | Op::Mul | Op::Min | Op::Max)
 }

@@ -7,7 +7,7 @@
 //! in a slot until its last use. The traversal is a loop over explicit tasks: a chain of ten thousand
 //! unions is no deeper than one of ten.
 
-use crate::graph::{Graph, GraphChainStep, GraphNode, GraphNumber, NodeId, is_commutative};
+use crate::graph::{Graph, GraphChainStep, GraphNode, GraphNumber, NodeId};
 use sdfc_vm::blend::Blend;
 use sdfc_vm::pool::{PoolBuilder, PoolNumber};
 use sdfc_vm::program::{Code, Destination, Instruction, Operands, PointTransform, Program};
@@ -111,7 +111,7 @@ fn stack_needs(graph: &Graph) -> Vec<u32> {
         let operand_need = |id: &NodeId| needs[id.0 as usize];
         let need = match node {
             GraphNode::Apply { op, values, .. } => match values.as_slice() {
-                [a, b] if is_commutative(*op) => {
+                [a, b] if op.row().is_commutative() => {
                     let (a, b) = (operand_need(a), operand_need(b));
                     if a == b { a + 1 } else { a.max(b) }
                 }
@@ -216,7 +216,7 @@ impl Scheduler<'_> {
                 if let [a, b] = values[..] {
                     let need = self.stack_needs[b.0 as usize];
                     let heavier = need > self.stack_needs[a.0 as usize];
-                    if is_commutative(op)
+                    if op.row().is_commutative()
                         && heavier
                         && (!self.has_materials || need > MIN_DEEP_STACK)
                     {

@@ -105,11 +105,6 @@ impl Diagnostic {
         Self::new(Severity::Warning, code, span, message)
     }
 
-    /// Creates a note at a span.
-    pub fn note_at(code: DiagnosticCode, span: Span, message: impl Into<String>) -> Self {
-        Self::new(Severity::Note, code, span, message)
-    }
-
     fn new(
         severity: Severity,
         code: DiagnosticCode,

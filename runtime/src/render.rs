@@ -399,16 +399,3 @@ impl Stats {
         self.hits + self.inside + self.misses + self.step_caps + self.nans
     }
 }
-
-impl std::ops::AddAssign for Stats {
-    fn add_assign(&mut self, other: Self) {
-        self.hits += other.hits;
-        self.inside += other.inside;
-        self.misses += other.misses;
-        self.at_far += other.at_far;
-        self.step_caps += other.step_caps;
-        self.nans += other.nans;
-        self.undecided += other.undecided;
-        self.evaluations += other.evaluations;
-    }
-}

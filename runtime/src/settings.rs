@@ -165,14 +165,12 @@ pub fn resolve(
         relaxation: RenderSettings::RELAXATION,
         cells: overrides.cells,
         mode: overrides.mode,
-        normals: overrides.normals.unwrap_or_else(|| normals(render.normals)),
-        occlusion: overrides
-            .occlusion
-            .unwrap_or_else(|| occlusion(render.occlusion)),
+        normals: overrides.normals.unwrap_or(render.normals),
+        occlusion: overrides.occlusion.unwrap_or(render.occlusion),
         occlusion_reach: render
             .occlusion_reach
             .unwrap_or_else(|| target.occlusion_reach()),
-        tonemap: overrides.tonemap.unwrap_or_else(|| tonemap(render.tonemap)),
+        tonemap: overrides.tonemap.unwrap_or(render.tonemap),
         exposure: not_negative("the exposure", exposure)?,
         view,
         lighting: lighting(settings, &read)?,
@@ -477,31 +475,4 @@ fn finite_if(
         value,
         allowed: allowed.to_owned(),
     })
-}
-
-fn normals(normals: scene::Normals) -> Normals {
-    match normals {
-        scene::Normals::Exact => Normals::Exact,
-        scene::Normals::Forward => Normals::Forward,
-        scene::Normals::Central => Normals::Central,
-        scene::Normals::Reverse => Normals::Reverse,
-        scene::Normals::Tetrahedron => Normals::Tetrahedron,
-        scene::Normals::Wide => Normals::Wide,
-    }
-}
-
-fn occlusion(occlusion: scene::Occlusion) -> Occlusion {
-    match occlusion {
-        scene::Occlusion::Off => Occlusion::Off,
-        scene::Occlusion::FiveTap => Occlusion::FiveTap,
-        scene::Occlusion::Multi(taps) => Occlusion::Multi(taps),
-    }
-}
-
-fn tonemap(tonemap: scene::Tonemap) -> Tonemap {
-    match tonemap {
-        scene::Tonemap::None => Tonemap::None,
-        scene::Tonemap::Reinhard => Tonemap::Reinhard,
-        scene::Tonemap::Aces => Tonemap::Aces,
-    }
 }

@@ -13,7 +13,7 @@ mod range;
 pub use range::{BOX_POINT, RecordedInterval};
 
 use crate::dual::{Dual, DualVec3};
-use crate::real::{Real, Vector2, Vector3, lit};
+use crate::real::{Real, Vector2, Vector3};
 use std::cell::RefCell;
 use std::collections::HashMap;
 use std::fmt::Write;
@@ -789,9 +789,4 @@ pub fn scalar_literal(value: f32) -> String {
     } else {
         format!("{text}.0")
     }
-}
-
-/// Returns a recorded literal, for tests and bodies assembled by hand.
-pub fn recorded_literal(value: f64) -> Scalar {
-    lit(value)
 }

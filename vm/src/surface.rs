@@ -199,8 +199,6 @@ impl EvalHook<Dual<f32>> for SurfaceHook {
         self.result.copy_from(first);
         self.result.mix(&mut self.blended, &weights);
     }
-    #[inline(always)]
-    fn choose(&mut self, _: u32, _: BlendKernel, _: [f32; 4], _: [&[F32x64; 4]; 2]) {}
     fn set(&mut self, out: u16) {
         std::mem::swap(&mut self.registers[usize::from(out)], &mut self.result);
     }

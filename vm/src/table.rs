@@ -13,7 +13,6 @@ mod facts;
 mod methods;
 
 use crate::blend::{Blend, BlendKernel};
-use crate::bounds::Bounds;
 use crate::interval::MAX_NOISE_STEEPNESS;
 use crate::ops::{prepare, shapes, volumes};
 use crate::real::Real;
@@ -772,6 +771,7 @@ macro_rules! for_each_operation {
             /// The sum of two numbers.
             Add "add" = math::add(a: Value, b: Value;) -> Value, prepare::identity, OpFacts {
                 slope: Slope::Sum,
+                is_commutative: true,
                 ..MATH
             };
             /// The difference of two numbers.
@@ -780,7 +780,10 @@ macro_rules! for_each_operation {
                 ..MATH
             };
             /// The product of two numbers.
-            Mul "mul" = math::mul(a: Value, b: Value;) -> Value, prepare::identity, MATH;
+            Mul "mul" = math::mul(a: Value, b: Value;) -> Value, prepare::identity, OpFacts {
+                is_commutative: true,
+                ..MATH
+            };
             /// The quotient of two numbers; a divisor below 1e-18 in magnitude counts as 1e-18.
             Div "div" = math::div(a: Value, b: Value;) -> Value, prepare::identity, POLE;
             /// The remainder of a floored division: it has the divisor's sign.
@@ -800,11 +803,13 @@ macro_rules! for_each_operation {
             /// The smaller of two numbers.
             Min "min" = math::min(a: Value, b: Value;) -> Value, prepare::identity, OpFacts {
                 slope: Slope::MaxOfOperands(1.0),
+                is_commutative: true,
                 ..MATH
             };
             /// The larger of two numbers.
             Max "max" = math::max(a: Value, b: Value;) -> Value, prepare::identity, OpFacts {
                 slope: Slope::MaxOfOperands(1.0),
+                is_commutative: true,
                 ..MATH
             };
             /// The first number, clamped to the range from the second to the third.

@@ -7,7 +7,7 @@
 //! equally near operands the first one counts.
 
 use super::pass::{Context, PassOutput, plural, rewrite_graph};
-use crate::graph::{Graph, GraphNode, NodeId, Purpose, is_commutative};
+use crate::graph::{Graph, GraphNode, NodeId, Purpose};
 use sdfc_vm::table::Op;
 
 /// Returns the graph with common subexpressions shared.
@@ -43,7 +43,7 @@ fn find_commuted(graph: &Graph, node: &GraphNode, context: &Context) -> Option<N
     };
     let is_arithmetic = matches!(op, Op::Add | Op::Mul | Op::Min | Op::Max);
     let [a, b] = values[..] else { return None };
-    if !is_commutative(*op) || (context.purpose != Purpose::Distance && !is_arithmetic) {
+    if !op.row().is_commutative() || (context.purpose != Purpose::Distance && !is_arithmetic) {
         return None;
     }
     graph.find(&GraphNode::Apply {

@@ -12,6 +12,7 @@ pub(super) const SOLID: OpFacts = OpFacts {
     bounds: BoundsRule::Infinite,
     set: None,
     blend: None,
+    is_commutative: false,
     only_signs: false,
     reads_lattice: false,
     flats: &[],

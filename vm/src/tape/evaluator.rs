@@ -11,72 +11,65 @@ use crate::program::{Code, Destination, Operands, PointTransform, Program};
 use crate::table::Op;
 
 /// An observer of the evaluation, for data that accompanies the values. It is called first with the source
-/// of the result, then with the result's register.
+/// of the result, then with the result's register. Each method does nothing by default.
 pub trait EvalHook<L: Lane> {
     /// Reserves memory for this many value registers.
-    fn reserve(&mut self, values: usize);
-    /// Called for an operation at the point `q`. `values` are the first two operands and `registers` are
+    #[inline(always)]
+    fn reserve(&mut self, _values: usize) {}
+    /// Called for an operation at the point `_q`. `_values` are the first two operands and `_registers` are
     /// their registers, which are [`super::NO_REGISTER`] for constant or missing operands.
+    #[inline(always)]
     fn operate(
         &mut self,
-        op: Op,
-        q: &L::PointBlock,
-        values: [&L::Block; 2],
-        registers: [u16; 2],
-        constants: &[f32],
-    );
+        _op: Op,
+        _q: &L::PointBlock,
+        _values: [&L::Block; 2],
+        _registers: [u16; 2],
+        _constants: &[f32],
+    ) {
+    }
     /// Called when the result is a copy of this register.
-    fn copy(&mut self, from: u16);
-    /// Computes a component of the normal in the local frame of the point `q`.
-    fn normal(&mut self, q: &L::PointBlock, axis: u8, result: &mut L::Block);
+    #[inline(always)]
+    fn copy(&mut self, _from: u16) {}
+    /// Computes a component of the normal in the local frame of the point `_q`.
+    #[inline(always)]
+    fn normal(&mut self, _q: &L::PointBlock, _axis: u8, _result: &mut L::Block) {}
     /// Called when a value becomes a channel of the next material.
-    fn channel(&mut self, channel: u8, value: &L::Block);
+    #[inline(always)]
+    fn channel(&mut self, _channel: u8, _value: &L::Block) {}
     /// Called when the result is a copy of this register with a new material.
-    fn paint(&mut self, from: u16, constants: &[[f32; 4]], mask: u8);
-    /// Called before the result is blended into the register `accumulator`; `values` are the two operands.
+    #[inline(always)]
+    fn paint(&mut self, _from: u16, _constants: &[[f32; 4]], _mask: u8) {}
+    /// Called before the result is blended into the register `_accumulator`; `_values` are the two operands.
+    #[inline(always)]
     fn blend(
         &mut self,
-        kernel: BlendKernel,
-        constants: [f32; 4],
-        values: [&L::Block; 2],
-        accumulator: u16,
-    );
-    /// Called for every clause with [`flags::CHOICE`], with the index of its `instruction` and its two operands.
+        _kernel: BlendKernel,
+        _constants: [f32; 4],
+        _values: [&L::Block; 2],
+        _accumulator: u16,
+    ) {
+    }
+    /// Called for every clause with [`flags::CHOICE`], with the index of its `_instruction` and its two operands.
+    #[inline(always)]
     fn choose(
         &mut self,
-        instruction: u32,
-        kernel: BlendKernel,
-        constants: [f32; 4],
-        values: [&L::Block; 2],
-    );
+        _instruction: u32,
+        _kernel: BlendKernel,
+        _constants: [f32; 4],
+        _values: [&L::Block; 2],
+    ) {
+    }
     /// Called when the result is stored in this register.
-    fn set(&mut self, out: u16);
+    #[inline(always)]
+    fn set(&mut self, _out: u16) {}
 }
 
 /// A hook without effect: distances and gradients only.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct NoHook;
 
-impl<L: Lane> EvalHook<L> for NoHook {
-    #[inline(always)]
-    fn reserve(&mut self, _: usize) {}
-    #[inline(always)]
-    fn operate(&mut self, _: Op, _: &L::PointBlock, _: [&L::Block; 2], _: [u16; 2], _: &[f32]) {}
-    #[inline(always)]
-    fn copy(&mut self, _: u16) {}
-    #[inline(always)]
-    fn normal(&mut self, _: &L::PointBlock, _: u8, _: &mut L::Block) {}
-    #[inline(always)]
-    fn channel(&mut self, _: u8, _: &L::Block) {}
-    #[inline(always)]
-    fn paint(&mut self, _: u16, _: &[[f32; 4]], _: u8) {}
-    #[inline(always)]
-    fn blend(&mut self, _: BlendKernel, _: [f32; 4], _: [&L::Block; 2], _: u16) {}
-    #[inline(always)]
-    fn choose(&mut self, _: u32, _: BlendKernel, _: [f32; 4], _: [&L::Block; 2]) {}
-    #[inline(always)]
-    fn set(&mut self, _: u16) {}
-}
+impl<L: Lane> EvalHook<L> for NoHook {}
 
 /// A tape evaluator. It owns the registers and can run any number of tapes.
 pub struct TapeEvaluator<L: Lane, A: EvalHook<L> = NoHook> {

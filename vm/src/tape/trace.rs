@@ -18,7 +18,6 @@ use crate::interval::FloatInterval;
 use crate::lanes::{F32x64, LANES, Lane, bits};
 use crate::multiversion;
 use crate::program::{Code, Destination, Program};
-use crate::table::Op;
 use std::sync::Arc;
 
 /// For each choice of the tape, in order: the boxes in which only the first operand matters, and those in
@@ -116,24 +115,12 @@ impl ChoiceSink<f32> for LipschitzChoices {
 struct TraceHook<C>(C);
 
 impl<L: Lane, C: ChoiceSink<L>> EvalHook<L> for TraceHook<C> {
-    #[inline(always)]
-    fn reserve(&mut self, _: usize) {}
-    #[inline(always)]
-    fn operate(&mut self, _: Op, _: &L::PointBlock, _: [&L::Block; 2], _: [u16; 2], _: &[f32]) {}
-    #[inline(always)]
-    fn copy(&mut self, _: u16) {}
     fn normal(&mut self, _: &L::PointBlock, _: u8, result: &mut L::Block) {
         // Any component of a normal: it only affects materials and decides nothing.
         for lane in 0..LANES {
             L::constant(0.0).store(result, lane);
         }
     }
-    #[inline(always)]
-    fn channel(&mut self, _: u8, _: &L::Block) {}
-    #[inline(always)]
-    fn paint(&mut self, _: u16, _: &[[f32; 4]], _: u8) {}
-    #[inline(always)]
-    fn blend(&mut self, _: BlendKernel, _: [f32; 4], _: [&L::Block; 2], _: u16) {}
     #[inline(always)]
     fn choose(
         &mut self,
@@ -144,8 +131,6 @@ impl<L: Lane, C: ChoiceSink<L>> EvalHook<L> for TraceHook<C> {
     ) {
         self.0.choose(instruction, kernel, constants, values);
     }
-    #[inline(always)]
-    fn set(&mut self, _: u16) {}
 }
 
 /// Returns the difference from which on a kernel adds exactly zero in `f32`.

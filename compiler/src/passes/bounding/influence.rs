@@ -8,7 +8,7 @@
 //! there is no box.
 
 use crate::analysis::bounds::inverse;
-use crate::graph::{Graph, GraphNode, GraphNumber, NodeId};
+use crate::graph::{Graph, GraphNode, GraphNumber, NodeId, constants};
 use sdfc_vm::apply::{OpResult, apply, pack_parameters};
 use sdfc_vm::blend::Blend;
 use sdfc_vm::bounds::Bounds;
@@ -480,15 +480,6 @@ impl<'g> InfluenceBoxes<'g> {
         }
         Some((from?, shifts))
     }
-}
-
-/// Returns the numbers, if none depends on a parameter.
-pub(in crate::passes) fn constants(numbers: &[GraphNumber]) -> Option<Vec<f64>> {
-    let constant = |n: &GraphNumber| match n {
-        GraphNumber::Constant(v) => Some(f64::from(*v)),
-        GraphNumber::Uniform(_) => None,
-    };
-    numbers.iter().map(constant).collect()
 }
 
 /// Returns the box of an operation that does not depend on an operand's box.

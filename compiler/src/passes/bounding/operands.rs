@@ -1,7 +1,6 @@
 //! Chains of unions and subtractions, and the nodes that belong to one operand only.
 
-use super::influence::constants;
-use crate::graph::{Graph, GraphNode, GraphNumber, NodeId};
+use crate::graph::{Graph, GraphNode, GraphNumber, NodeId, constants};
 use sdfc_vm::blend::Blend;
 use sdfc_vm::row::Category;
 use sdfc_vm::table::Op;

@@ -1,7 +1,7 @@
 //! Slopes of a graph's values in world space, by the operations' rules: bounds that hold everywhere,
 //! and infinity where there is no rule.
 
-use crate::graph::{Graph, GraphNode, GraphNumber, NodeId};
+use crate::graph::{Graph, GraphNode, GraphNumber, NodeId, constants};
 use sdfc_vm::row::{Category, Slope};
 use sdfc_vm::table::Op;
 
@@ -92,14 +92,6 @@ impl GraphSlopes {
             rule => rule.bound(&slopes, point_stretch, |rule| rule(numbers)),
         }
     }
-}
-
-fn constants(numbers: &[GraphNumber]) -> Option<Vec<f64>> {
-    let constant = |n: &GraphNumber| match n {
-        GraphNumber::Constant(v) => Some(f64::from(*v)),
-        GraphNumber::Uniform(_) => None,
-    };
-    numbers.iter().map(constant).collect()
 }
 
 /// Returns a bound on the stretch of a map of three rows of four. Its squared norm is at most the

@@ -1,8 +1,7 @@
 //! Fit of a box to a shape, by sampling. It also requires that the shape has an inside: a shape that
 //! was cut away entirely must not come back as a box.
 
-use crate::graph::{Graph, GraphNode, NodeId};
-use crate::passes::bounding::influence::constants;
+use crate::graph::{Graph, GraphNode, NodeId, constants};
 use sdfc_vm::apply::{OpResult, apply, pack_parameters};
 use sdfc_vm::bounds::Bounds;
 use sdfc_vm::table::Op;

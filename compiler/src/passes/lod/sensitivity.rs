@@ -1,8 +1,8 @@
 //! Sensitivity of the surface to a value: how small the value must be for its change to move the
 //! surface.
 
-use crate::graph::{Graph, GraphNode, GraphNumber, NodeId};
-use crate::passes::bounding::influence::{InfluenceBoxes, constants};
+use crate::graph::{Graph, GraphNode, GraphNumber, NodeId, constants};
+use crate::passes::bounding::influence::InfluenceBoxes;
 use sdfc_vm::interval::Interval;
 use sdfc_vm::table::Op;
 
