@@ -161,7 +161,7 @@ pub enum Continuity {
 #[derive(Clone, Copy, Debug)]
 pub enum BoundsRule {
     /// For shapes that have the same extent on both sides of the origin: the extents along x, y and z.
-    Centred([Extent; 3]),
+    Centred([AxisExtent; 3]),
     /// For other shapes: a function of the parameters.
     Shape(fn(&[f64]) -> Bounds),
     /// The hull of all operands.
@@ -191,7 +191,7 @@ impl BoundsRule {
 
 /// The extent of a shape along an axis, from the origin. Parameters are given by their indices.
 #[derive(Clone, Copy, Debug)]
-pub enum Extent {
+pub enum AxisExtent {
     /// The sum of some parameters.
     Sum(&'static [usize]),
     /// The largest of some parameters.
@@ -202,7 +202,7 @@ pub enum Extent {
     Infinite,
 }
 
-impl Extent {
+impl AxisExtent {
     /// Returns the extent of a shape with some parameters.
     pub fn value(self, parameters: &[f64]) -> f64 {
         let values = |indices: &'static [usize]| indices.iter().map(|&index| parameters[index]);

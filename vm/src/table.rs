@@ -16,7 +16,7 @@ use crate::blend::{Blend, BlendKernel};
 use crate::interval::MAX_NOISE_STEEPNESS;
 use crate::ops::{prepare, shapes, volumes};
 use crate::real::Real;
-use crate::row::Extent::{Function, Infinite, Largest, Sum};
+use crate::row::AxisExtent::{Function, Infinite, Largest, Sum};
 use crate::row::{
     ArgumentKind as A, BoundsRule, Category, Continuity, Exactness, Input, Language, OpFacts,
     Output, Parameter, ParameterType, Slope, optional, required,

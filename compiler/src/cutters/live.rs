@@ -8,7 +8,7 @@ use super::linear::LinearForm;
 use super::{CutContext, CutterExtension, TOUCH_TOLERANCE};
 use crate::expression::ExprId;
 use crate::scene::{ShapeId, ShapeKind, children_mut};
-use sdfc_vm::row::{BoundsRule, Extent, SetOperation};
+use sdfc_vm::row::{AxisExtent, BoundsRule, SetOperation};
 use sdfc_vm::table::Op;
 
 /// A side of a shape: an axis of its frame, and 1 or −1.
@@ -208,15 +208,15 @@ impl CutterExtension<'_> {
                 };
                 match op.row().meta.bounds {
                     BoundsRule::Centred(extents) => match extents[axis] {
-                        Extent::Sum(indices) => {
+                        AxisExtent::Sum(indices) => {
                             let sum =
                                 |sum: LinearForm, next: LinearForm| sum.plus_scaled(&next, 1.0);
                             indices.iter().map(form).reduce(sum)
                         }
-                        Extent::Largest(indices) => {
+                        AxisExtent::Largest(indices) => {
                             self.largest_of(indices.iter().map(form).collect())
                         }
-                        Extent::Function(_) | Extent::Infinite => by_box(self),
+                        AxisExtent::Function(_) | AxisExtent::Infinite => by_box(self),
                     },
                     _ => by_box(self),
                 }
