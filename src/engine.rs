@@ -17,15 +17,15 @@ pub(crate) enum EngineArg {
     Interp,
     /// Code generated for the scene, on a GPU.
     Wgsl,
-    /// Proved by intervals in double precision, slowly: what others are measured by.
+    /// Hits proved by intervals in double precision: slow, and the measure of the other engines.
     Reference,
 }
 
 /// Flags for the arithmetic of engines.
 #[derive(Clone, Copy, Debug, Default, clap::Args)]
 pub(crate) struct ArithmeticArgs {
-    /// Do all arithmetic as it is written: the same bits on every engine and device. Without Vulkan a
-    /// GPU takes longer for it.
+    /// Forbid fusing and reordering of arithmetic: the same bits on every engine and device. Without
+    /// Vulkan, a GPU takes longer.
     #[arg(long)]
     strict: bool,
 }

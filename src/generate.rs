@@ -16,7 +16,7 @@ use std::fmt::Write;
 /// Family of generated scenes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 pub(crate) enum Family {
-    /// Balls that fill a ball.
+    /// Spheres that fill a sphere.
     Spheres,
     /// Rounded, rotated boxes that fill a ring.
     Boxes,

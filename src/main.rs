@@ -29,7 +29,7 @@ use terminal::{ColorChoice, Terminal};
     args_override_self = true
 )]
 struct Cli {
-    /// When messages are coloured.
+    /// Use of color in messages.
     #[arg(long, global = true, value_enum, value_name = "WHEN", default_value_t)]
     color: ColorChoice,
     #[command(subcommand)]

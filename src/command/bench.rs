@@ -11,8 +11,8 @@ use crate::terminal::Terminal;
 use sdfc_runtime::engine::{Engine, EngineKind};
 use std::path::{Path, PathBuf};
 
-/// Measure speed against error: draw scenes with many settings on each engine, and compare them with
-/// what the engine reference proves.
+/// Measure speed against error: draw scenes with many settings on each engine, and compare the
+/// pictures with those of the engine reference.
 ///
 /// One setting is changed at a time (where rays stop, how they step, how normals are found, how much
 /// detail is kept), and a few together. Without `--report`, `--markdown` or `--json` the tables are
@@ -24,10 +24,10 @@ pub(crate) struct Arguments {
     scenes: Vec<PathBuf>,
     #[command(flatten)]
     build: BuildArgs,
-    /// The engines; without it, cpu, and interp and wgsl where there is a device.
+    /// The engines; by default cpu, and interp and wgsl where there is a device.
     #[arg(long, value_name = "ENGINES", value_delimiter = ',', value_parser = kind)]
     engines: Vec<EngineKind>,
-    /// The pictures' width in pixels; their shape is the scene's.
+    /// Width of the pictures in pixels; their aspect ratio is the scene's.
     #[arg(long, value_name = "PIXELS", default_value_t = 160,
         value_parser = clap::value_parser!(u32).range(8..=4096))]
     width: u32,
@@ -35,7 +35,7 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "N", default_value_t = 3,
         value_parser = clap::value_parser!(u32).range(1..=1000))]
     rounds: u32,
-    /// Error in pixels, such as 0.5px: report the fastest setting that keeps it.
+    /// Maximum error in pixels, such as 0.5px; the fastest setting that keeps it is reported.
     #[arg(long, value_name = "PIXELS", value_parser = tolerance::pixels)]
     tolerance: Option<f64>,
     /// Write the report with charts as one HTML file.
@@ -44,7 +44,7 @@ pub(crate) struct Arguments {
     /// Write the report as Markdown.
     #[arg(long, value_name = "FILE")]
     markdown: Option<PathBuf>,
-    /// Print everything that was measured as JSON.
+    /// Print all measurements as JSON.
     #[arg(long)]
     json: bool,
 }

@@ -9,7 +9,7 @@ use sdfc_compiler::open::{OpenResult, SceneFile};
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 
-/// Say what is wrong with scenes, without drawing them.
+/// Report problems of scenes, without drawing them.
 #[derive(Debug, clap::Args)]
 pub(crate) struct Arguments {
     /// The scenes.
@@ -17,7 +17,7 @@ pub(crate) struct Arguments {
     scenes: Vec<PathBuf>,
     #[command(flatten)]
     build: BuildArgs,
-    /// Print what was found as JSON.
+    /// Print the problems as JSON.
     #[arg(long)]
     json: bool,
 }

@@ -17,18 +17,18 @@ use std::cmp::Ordering;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
-/// Show or write what a scene becomes, at any stage.
+/// Print or write a stage of the compilation of a scene.
 #[derive(Debug, clap::Args)]
 pub(crate) struct Arguments {
     /// The scene: .sdf, .sdfb or .vm.
     scene: PathBuf,
-    /// The stage.
+    /// The stage, or the language of an export.
     #[arg(long, value_enum, value_name = "STAGE", default_value = "asm")]
     emit: EmitStage,
     /// Output file; by default standard output.
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
-    /// Say on standard error what each pass did, and what the program takes.
+    /// Report on standard error the effect of each pass, and the size of the programs.
     #[arg(long)]
     stats: bool,
     #[command(flatten)]
@@ -37,30 +37,30 @@ pub(crate) struct Arguments {
     build: BuildArgs,
 }
 
-/// A stage of the compiler, in order, and what it exports to.
+/// The stages of the compiler, in order, then the languages of exports.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 enum EmitStage {
     /// The syntax tree.
     Ast,
-    /// Names, types and loops resolved.
+    /// The scene, with names, types and loops resolved.
     Scene,
-    /// Operations, each once.
+    /// The graph of operations, each of them once.
     Graph,
     /// The graph after the optimizing passes.
     Optimized,
     /// A listing of the program.
     Asm,
-    /// The program as a file, for `sdfc` to read.
+    /// The program as a file that sdfc reads.
     Bytecode,
     /// The scene as functions in WGSL.
     Wgsl,
-    /// … in GLSL.
+    /// The scene as functions in GLSL.
     Glsl,
-    /// … in HLSL.
+    /// The scene as functions in HLSL.
     Hlsl,
-    /// … in Metal's language.
+    /// The scene as functions in Metal's language.
     Msl,
-    /// … in SPIR-V, which is no text.
+    /// The scene as functions in SPIR-V, which is binary.
     Spirv,
     /// A page for Shadertoy.
     Shadertoy,

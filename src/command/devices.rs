@@ -5,10 +5,10 @@ use crate::output;
 use sdfc_runtime::gpu::{self, DeviceInfo, DeviceKind};
 use serde_json::json;
 
-/// List what scenes can be run on: the processor, and the adapters of GPUs.
+/// List the devices that can run scenes: the processor, and the adapters of GPUs.
 #[derive(Debug, clap::Args)]
 pub(crate) struct Arguments {
-    /// Print JSON.
+    /// Print the list as JSON.
     #[arg(long)]
     json: bool,
 }

@@ -7,7 +7,7 @@ use sdfc_lang::codes::{self, CODES};
 /// Explain the code of a message, such as E0312.
 #[derive(Debug, clap::Args)]
 pub(crate) struct Arguments {
-    /// The code; without one, all of them are listed.
+    /// The code; without one, all codes are listed.
     code: Option<String>,
 }
 

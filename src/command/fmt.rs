@@ -7,13 +7,13 @@ use crate::terminal::Terminal;
 use sdfc_lang::{Diagnostics, Sources, parse, print};
 use std::path::{Path, PathBuf};
 
-/// Lay out scenes in the canonical way, in place.
+/// Rewrite scenes in their canonical layout, in place.
 #[derive(Debug, clap::Args)]
 pub(crate) struct Arguments {
     /// The scenes.
     #[arg(required = true, value_name = "SCENE")]
     files: Vec<PathBuf>,
-    /// Change nothing; fail if a file is not laid out so.
+    /// Change nothing; fail if a file is not in its canonical layout.
     #[arg(long)]
     check: bool,
 }

@@ -6,17 +6,17 @@ use crate::output;
 use sdfc_lang::{Sources, parse, print};
 use std::path::PathBuf;
 
-/// Write a scene of many primitives, to see how cost grows with their number.
+/// Write a scene of many primitives, to measure the growth of cost with their number.
 #[derive(Debug, clap::Args)]
 pub(crate) struct Arguments {
     /// Kind of the scene.
     #[arg(value_enum)]
     family: Family,
-    /// Number of primitives, besides the ground; more are smaller.
+    /// Number of primitives, besides the ground; the more, the smaller.
     #[arg(long, value_name = "N", default_value_t = 1000,
         value_parser = clap::value_parser!(u32).range(1..=MAX_COUNT))]
     count: u32,
-    /// Seed of the random numbers: each one gives another scene.
+    /// Seed of the random numbers; each seed results in another scene.
     #[arg(long, value_name = "S", default_value_t = 1)]
     seed: u64,
     /// Width of the smooth union of neighbors, as a fraction of their size; 0 is a hard union.

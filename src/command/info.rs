@@ -17,14 +17,14 @@ use serde_json::{Value, json};
 use std::fmt::Write;
 use std::path::PathBuf;
 
-/// Tell what is in a scene: params, parts, cameras, bounds, operations.
+/// Report the contents of a scene: params, parts, cameras, bounds, operations.
 #[derive(Debug, clap::Args)]
 pub(crate) struct Arguments {
     /// The scene: .sdf, .sdfb or .vm.
     scene: PathBuf,
     #[command(flatten)]
     build: BuildArgs,
-    /// Print JSON.
+    /// Print the contents as JSON.
     #[arg(long)]
     json: bool,
 }

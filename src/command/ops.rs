@@ -8,12 +8,12 @@ use sdfc_vm::table::{ROWS, Row};
 use serde_json::json;
 use std::fmt::Write;
 
-/// The reference of all shapes, operators and functions.
+/// Print the reference of shapes, operators and functions.
 #[derive(Debug, clap::Args)]
 pub(crate) struct Arguments {
-    /// One of them, by its name in a scene or in a listing; without one, all are listed.
+    /// A name in a scene or in a listing; without one, all are listed.
     name: Option<String>,
-    /// Print JSON.
+    /// Print the reference as JSON.
     #[arg(long)]
     json: bool,
 }

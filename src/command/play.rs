@@ -17,7 +17,7 @@ use std::time::Duration;
 /// Open a window that shows a scene and follows its file.
 #[derive(Debug, clap::Args)]
 pub(crate) struct Arguments {
-    /// The scene: .sdf, .sdfb or .vm; without it, one that comes with the program.
+    /// The scene: .sdf, .sdfb or .vm; by default one that comes with the program.
     scene: Option<PathBuf>,
     /// Engine that draws. With auto, a GPU runs the program at once and generated code when compiled;
     /// without a GPU, the CPU draws.

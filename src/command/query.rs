@@ -15,7 +15,7 @@ use std::path::PathBuf;
 /// Maximum number of reported lines with mistakes.
 const MAX_REPORTED_LINES: usize = 20;
 
-/// Read points, and tell distance, gradient and material there.
+/// Read points, and print distance, gradient and material at each of them.
 ///
 /// A line of standard input is a point, three numbers; `#` begins a comment. A line of output is
 /// the distance, the gradient's three numbers, and the material's name or number.
@@ -30,7 +30,7 @@ pub(crate) struct Arguments {
     engine: EngineArg,
     #[command(flatten)]
     arithmetic: ArithmeticArgs,
-    /// Print JSON.
+    /// Print the values as JSON.
     #[arg(long)]
     json: bool,
 }

@@ -13,7 +13,7 @@ use sdfc_runtime::verify::{Report, difference_image, small_settings, verify_with
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 
-/// Draw scenes with every engine and compare: pixels, hits, depths, distances.
+/// Compare the engines on scenes: pixels, hits, depths, distances.
 ///
 /// The exit code is 1 if engines differ by more than rounding explains. With --strict, it is 1 if
 /// any bit of hit, depth, step count, normal, distance or gradient differs. Then the pictures and
@@ -25,19 +25,19 @@ pub(crate) struct Arguments {
     scenes: Vec<PathBuf>,
     #[command(flatten)]
     build: BuildArgs,
-    /// The engines, the first of which is the reference.
+    /// The engines; the others are compared with the first.
     #[arg(long, value_name = "ENGINES", value_delimiter = ',', value_parser = kind,
         default_value = "cpu,interp,wgsl")]
     engines: Vec<EngineKind>,
     #[command(flatten)]
     arithmetic: engine::ArithmeticArgs,
-    /// The pictures' width and height in pixels; without it they are 160 wide.
+    /// Width and height of the pictures in pixels; by default the width is 160.
     #[arg(long, value_name = "WxH", value_parser = super::render::size)]
     size: Option<[u32; 2]>,
-    /// The folder that pictures go to where engines differ.
+    /// Folder for the pictures of engines that differ.
     #[arg(short, long, value_name = "FOLDER", default_value = "out")]
     output: PathBuf,
-    /// Print what was measured as JSON.
+    /// Print all measurements as JSON.
     #[arg(long)]
     json: bool,
 }

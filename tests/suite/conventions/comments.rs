@@ -1,12 +1,14 @@
 //! The house voice, as far as it can be counted: see CONTRIBUTING.md.
 
-use super::all_sources;
+use super::documents::documents;
+use super::{CRATES, all_sources, sources_of};
+use std::path::Path;
 
 /// Words with which no doc comment begins.
 const OPENERS: [&str; 8] = [
     "What", "How", "Whether", "Where", "Which", "Who", "That", "The same",
 ];
-/// Phrases of the project's former dialect, which no comment contains.
+/// Phrases of the project's former dialect, which no comment and no document contains.
 const FORMER_PHRASES: [&str; 13] = [
     "so many",
     "next to nothing",
@@ -121,26 +123,43 @@ fn doc_comments_begin_with_a_noun_or_a_verb() {
     assert!(wrong.is_empty(), "{}\n{}", wrong.len(), wrong.join("\n"));
 }
 
-#[test]
-fn comments_keep_to_the_glossary() {
-    let mut wrong = Vec::new();
-    // This file has to name the phrases.
-    let own = file!();
-    for source in all_sources() {
-        if source.path.as_os_str() == own {
-            continue;
-        }
-        for (index, line) in source.text.lines().enumerate() {
-            let Some(text) = comment_text(line) else {
-                continue;
-            };
-            for phrase in FORMER_PHRASES {
-                if text.contains(phrase) {
-                    let path = source.path.display();
-                    wrong.push(format!("{path}:{}: `{phrase}` in {text}", index + 1));
-                }
+/// Returns the former phrases in a file: `lines` holds the part of each line to read, if there is one.
+fn former_phrases<'t>(path: &Path, lines: impl Iterator<Item = Option<&'t str>>) -> Vec<String> {
+    let mut found = Vec::new();
+    for (index, text) in lines.enumerate() {
+        let Some(text) = text else { continue };
+        for phrase in FORMER_PHRASES {
+            if text.contains(phrase) {
+                let path = path.display();
+                found.push(format!("{path}:{}: `{phrase}` in {text}", index + 1));
             }
         }
+    }
+    found
+}
+
+#[test]
+fn comments_and_documents_keep_to_the_glossary() {
+    let mut sources = all_sources();
+    // This file has to name the phrases.
+    sources.retain(|source| source.path.as_os_str() != file!());
+    for extension in ["wgsl", "lalrpop"] {
+        let of_crates = CRATES
+            .iter()
+            .flat_map(|(_, folder)| sources_of(folder, extension));
+        let before = sources.len();
+        sources.extend(of_crates);
+        assert!(sources.len() > before, "no file ends with .{extension}");
+    }
+    let mut wrong: Vec<String> = sources
+        .iter()
+        .flat_map(|source| former_phrases(&source.path, source.text.lines().map(comment_text)))
+        .collect();
+    for document in documents() {
+        wrong.extend(former_phrases(
+            &document.path,
+            document.text.lines().map(Some),
+        ));
     }
     assert!(wrong.is_empty(), "{}\n{}", wrong.len(), wrong.join("\n"));
 }

@@ -1,4 +1,4 @@
-//! Documents: their lengths, and the paths, items and links in them.
+//! Documents: their lengths, the form of decisions, and the paths, items and links in them.
 
 use super::{CRATES, all_sources};
 use std::collections::BTreeSet;
@@ -18,13 +18,22 @@ const LONGER: [(&str, usize); 5] = [
 /// Folders with documents, besides the root and the crates.
 const FOLDERS: [&str; 4] = ["benches", "docs", "fuzz", "tests"];
 
+/// Folder of the decisions.
+const DECISIONS: &str = "docs/decisions";
+/// The headings of a decision, in order.
+const DECISION_HEADINGS: [&str; 4] = ["Context", "Options", "Decision", "Consequences"];
+/// Maximum number of lines of a decision.
+const MAX_DECISION_LINES: usize = 80;
+/// Words with which no title of a decision begins: it states the decision, and asks nothing.
+const QUESTION_WORDS: [&str; 7] = ["What", "Who", "When", "Which", "Where", "How", "Whether"];
+
 /// Keywords before the name of an item.
 const KEYWORDS: [&str; 7] = ["fn", "struct", "enum", "trait", "const", "mod", "type"];
 
 /// A document, with its path relative to the root of the repository.
-struct Document {
-    path: PathBuf,
-    text: String,
+pub(super) struct Document {
+    pub(super) path: PathBuf,
+    pub(super) text: String,
 }
 
 impl Document {
@@ -59,7 +68,7 @@ fn normalized(path: &Path) -> PathBuf {
 }
 
 /// All documents of the project.
-fn documents() -> Vec<Document> {
+pub(super) fn documents() -> Vec<Document> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let crates = CRATES
         .iter()
@@ -177,6 +186,72 @@ fn documents_are_short() {
         }
     }
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+/// Returns the faults of a decision's form.
+fn form_faults(text: &str) -> Vec<String> {
+    let mut faults = Vec::new();
+    let title = text.lines().next().and_then(|line| line.strip_prefix("# "));
+    let first_word = title.and_then(|title| title.split_whitespace().next());
+    match first_word {
+        None => faults.push("the first line is no title".to_owned()),
+        Some(word) if QUESTION_WORDS.contains(&word) => {
+            faults.push(format!("the title begins with {word}"));
+        }
+        Some(_) => {}
+    }
+    let headings: Vec<&str> = text
+        .lines()
+        .filter_map(|line| line.strip_prefix("## "))
+        .collect();
+    if headings != DECISION_HEADINGS {
+        faults.push(format!("the headings are {headings:?}"));
+    }
+    let sections = text.split("\n## ").skip(1);
+    let empty = sections.filter(|section| section.lines().skip(1).all(|line| line.is_empty()));
+    faults.extend(
+        empty.map(|section| format!("{} is empty", section.lines().next().unwrap_or_default())),
+    );
+    let lines = text.lines().count();
+    if lines > MAX_DECISION_LINES {
+        faults.push(format!("{lines} lines, at most {MAX_DECISION_LINES}"));
+    }
+    faults
+}
+
+#[test]
+fn decisions_have_one_form() {
+    let mut wrong = Vec::new();
+    let mut count = 0;
+    for document in documents() {
+        let is_decision =
+            document.path.starts_with(DECISIONS) && !document.path.ends_with("README.md");
+        if is_decision {
+            count += 1;
+            let name = document.path.display();
+            let faults = form_faults(&document.text).into_iter();
+            wrong.extend(faults.map(|fault| format!("{name}: {fault}")));
+        }
+    }
+    assert!(count > 30, "only {count} decisions were found");
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+#[test]
+fn faults_of_a_decisions_form_are_reported() {
+    let complete = "# Cells\n\n## Context\n\na\n\n## Options\n\nb\n\n## Decision\n\nc\n\n## Consequences\n\nd\n";
+    assert!(form_faults(complete).is_empty());
+    let broken = [
+        complete.replace("# Cells", "# When cells pay off"),
+        complete.replace("# Cells\n", ""),
+        complete.replace("\n## Consequences\n\nd\n", ""),
+        complete.replace("## Options", "## Decision"),
+        complete.replace("\nd\n", ""),
+        complete.repeat(6),
+    ];
+    for text in broken {
+        assert!(!form_faults(&text).is_empty(), "{text}");
+    }
 }
 
 #[test]
