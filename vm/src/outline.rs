@@ -91,3 +91,40 @@ impl Outline {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::DVec3;
+
+    #[test]
+    fn directions_stand_at_their_places() {
+        for (at, direction) in directions().into_iter().enumerate() {
+            assert_eq!(direction_index(direction), at, "{direction:?}");
+        }
+    }
+
+    #[test]
+    fn the_outline_of_a_box_is_exact_and_that_of_a_ball_is_close() {
+        let bounds = Bounds {
+            min: [-1.0, 0.5, 2.0],
+            max: [3.0, 0.75, 9.0],
+        };
+        let outline = Outline::from_bounds(&bounds);
+        assert_eq!(outline.bounds(), bounds);
+        let ball = Outline::from_support(|d| DVec3::from(d).length());
+        for n in [
+            [0.3, -0.7, 0.2],
+            [1.0, 0.0, 0.0],
+            [-0.5, 0.4, 0.45],
+            [0.0, 2.0, 1.0],
+        ] {
+            let corners = bounds.corners();
+            let along = corners.map(|c| DVec3::from(c).dot(n.into()));
+            let most = along.into_iter().fold(f64::NEG_INFINITY, f64::max);
+            assert!((outline.support(n) - most).abs() < 1e-12, "{n:?}");
+            let reach = ball.support(n) / DVec3::from(n).length();
+            assert!((1.0 - 1e-12..1.13).contains(&reach), "{n:?}: {reach}");
+        }
+    }
+}

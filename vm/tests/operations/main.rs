@@ -16,7 +16,6 @@ mod in_lanes;
 mod moving;
 mod noise;
 mod numbers;
-mod outline;
 mod precise;
 mod published;
 mod recorded;
