@@ -1,8 +1,6 @@
 //! Tests of the GPU layer, on any adapter of the machine. Without an adapter these tests fail, unless
 //! `SDFC_SKIP_GPU` states the reason why there is none.
 
-#![expect(clippy::print_stdout, reason = "a test that is skipped says why")]
-
 use std::process::Command;
 use std::time::Duration;
 
@@ -10,6 +8,7 @@ use sdfc_runtime::gpu::{
     AdapterPreference, Arithmetic, Batch, BindingAccess, BufferBinding, BufferUsage, Extent, Gpu,
     GpuError, Kernel, KernelSource, devices,
 };
+use sdfc_trials::skip::is_gpu_skipped;
 
 const READ: BindingAccess = BindingAccess::StorageRead;
 const WRITE: BindingAccess = BindingAccess::StorageReadWrite;
@@ -18,8 +17,7 @@ const UNIFORM: BindingAccess = BindingAccess::Uniform;
 /// Runs `test` on the best adapter, with default and with strict kernels, which have the same guarantees.
 /// Only a stated reason excuses a missing adapter.
 fn on_gpu(test: impl Fn(Gpu)) {
-    if let Ok(reason) = std::env::var("SDFC_SKIP_GPU") {
-        println!("skipped: {reason}");
+    if is_gpu_skipped() {
         return;
     }
     for arithmetic in [

@@ -13,14 +13,14 @@ use sdfc_runtime::gpu::{AdapterPreference, DeviceLimits, Gpu};
 use sdfc_runtime::render::{CellMode, CellStats, Image, Mode};
 use sdfc_runtime::settings::{Overrides, resolve};
 use sdfc_shaders::assemble::SceneSource;
+use sdfc_trials::skip::is_gpu_skipped;
 use sdfc_vm::program::Module;
 use sdfc_vm::tape::Tape;
 use std::fmt::Write;
 
 /// Opens an engine on a device with reduced limits; `None` if GPU tests are skipped.
 fn interp(limited: impl Fn(DeviceLimits) -> DeviceLimits) -> Option<Box<dyn Engine>> {
-    if let Ok(reason) = std::env::var("SDFC_SKIP_GPU") {
-        eprintln!("skipped: {reason}");
+    if is_gpu_skipped() {
         return None;
     }
     let gpu = Gpu::open_with_limits(AdapterPreference::Any, limited).expect("there is an adapter");

@@ -2,6 +2,7 @@
 
 use super::sandbox::Sandbox;
 use insta::assert_snapshot;
+use sdfc_trials::skip::is_gpu_skipped;
 use serde_json::json;
 
 #[test]
@@ -237,8 +238,7 @@ fn devices_are_listed() {
 
 #[test]
 fn verify_compares_all_engines() {
-    if let Ok(reason) = std::env::var("SDFC_SKIP_GPU") {
-        eprintln!("skipped: {reason}");
+    if is_gpu_skipped() {
         return;
     }
     let sandbox =
@@ -261,8 +261,7 @@ fn verify_compares_all_engines() {
 /// With `--strict` engines give equal bits, so they print equal text.
 #[test]
 fn strict_engines_give_the_same_bits() {
-    if let Ok(reason) = std::env::var("SDFC_SKIP_GPU") {
-        eprintln!("skipped: {reason}");
+    if is_gpu_skipped() {
         return;
     }
     let scene = "sphere(1) |[0.3] box(1).rotate(31deg, [1, 2, 3]).translate(0.8, 0, 0)";

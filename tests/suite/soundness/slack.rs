@@ -9,6 +9,7 @@ use sdfc_runtime::render::{CellMode, Mode, ResolvedLens, View};
 use sdfc_runtime::settings::{Overrides, resolve};
 use sdfc_shaders::assemble::SceneSource;
 use sdfc_trials::random::Random;
+use sdfc_trials::skip::is_gpu_skipped;
 use sdfc_vm::evaluate::evaluate;
 use sdfc_vm::lanes::{LANES, Points};
 use sdfc_vm::program::{Code, Program};
@@ -118,9 +119,10 @@ fn guards_skip_no_box_far_away() {
 /// Of two coincident faces the first is visible, on every engine.
 #[test]
 fn of_coincident_faces_the_first_shows_on_every_engine() {
-    let engines: &[EngineKind] = match std::env::var_os("SDFC_SKIP_GPU") {
-        Some(_) => &[EngineKind::Cpu],
-        None => &EngineKind::FAST,
+    let engines: &[EngineKind] = if is_gpu_skipped() {
+        &[EngineKind::Cpu]
+    } else {
+        &EngineKind::FAST
     };
     for kind in engines {
         let mut engine = open(*kind).unwrap_or_else(|error| panic!("{kind}: {error}"));

@@ -5,6 +5,7 @@ use sdfc_runtime::gpu::{
     AdapterPreference, Arithmetic, BindingAccess, BufferBinding, BufferUsage, Extent, Gpu,
     KernelSource,
 };
+use sdfc_trials::skip::is_gpu_skipped;
 use sdfc_vm::elementary::{arctangent, cosine, exponential, logarithm, sine};
 use sdfc_vm::prelude;
 
@@ -123,8 +124,7 @@ fn on_device(gpu: &Gpu, case: &Case, arguments: &[[f32; 2]]) -> Vec<f32> {
 
 #[test]
 fn elementary_functions_have_the_same_bits_everywhere() {
-    if let Ok(reason) = std::env::var("SDFC_SKIP_GPU") {
-        eprintln!("skipped: {reason}");
+    if is_gpu_skipped() {
         return;
     }
     let all = [
