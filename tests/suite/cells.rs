@@ -14,6 +14,7 @@ use sdfc_runtime::render::{CellMode, Image, Mode, RenderSettings, Status};
 use sdfc_runtime::settings::{Overrides, resolve};
 use sdfc_runtime::verify::compare;
 use sdfc_shaders::assemble::SceneSource;
+use sdfc_trials::random::Random;
 use sdfc_vm::evaluate::evaluate_f64;
 use sdfc_vm::lanes::{F32x64, LANES};
 use sdfc_vm::program::Module;
@@ -378,18 +379,14 @@ fn things_on_an_endless_ground_have_as_short_tapes_as_without_it() {
 
 /// Returns points spread over a box, including its corners.
 fn scattered(region: &Aabb, seed: u64) -> [F32x64; 3] {
-    let mut state = seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) | 1;
+    let mut random = Random::new(seed);
     std::array::from_fn(|axis| {
         F32x64(std::array::from_fn(|lane| {
             let (low, high) = (region.low[axis], region.high[axis]);
             if lane < 8 {
                 return if lane >> axis & 1 == 0 { low } else { high };
             }
-            state ^= state << 13;
-            state ^= state >> 7;
-            state ^= state << 17;
-            let fraction = (state >> 40) as f32 / (1 << 24) as f32;
-            (low + (high - low) * fraction).clamp(low, high)
+            (low + (high - low) * random.unit_f32()).clamp(low, high)
         }))
     })
 }
@@ -416,13 +413,8 @@ fn balls(height: f64) -> Module {
 fn boxes() -> Module {
     use std::fmt::Write;
     let mut text = String::from("union([\n");
-    let mut state = 1_u64;
-    let mut fraction = || {
-        state = state
-            .wrapping_mul(6_364_136_223_846_793_005)
-            .wrapping_add(1);
-        (state >> 40) as f64 / f64::from(1 << 24)
-    };
+    let mut random = Random::for_case("scattered boxes");
+    let mut fraction = || random.unit_f32();
     for _ in 0..2000 {
         let [x, y, z] = [0; 3].map(|_| fraction() * 9.0 - 4.5);
         let [size, angle] = [fraction() * 0.3 + 0.2, fraction() * 180.0];

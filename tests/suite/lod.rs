@@ -12,6 +12,7 @@ use sdfc_runtime::engine::{EngineKind, SceneInput, open};
 use sdfc_runtime::render::{Image, RenderSettings, ResolvedLens};
 use sdfc_runtime::settings::{Overrides, resolve};
 use sdfc_shaders::assemble::SceneSource;
+use sdfc_trials::random::Random;
 use sdfc_vm::evaluate::evaluate;
 use sdfc_vm::program::Program;
 use sdfc_vm::vector::V3;
@@ -102,13 +103,8 @@ fn surface(program: &Program, pair: &Pair, rays: u32) -> Vec<([f64; 3], f64)> {
     let from = DVec3::from(view.from);
     let middle = DVec3::from(view.look) - from;
     let length = middle.length();
-    let mut state = 0x9e37_79b9_7f4a_7c15_u64;
-    let mut random = || {
-        state ^= state << 13;
-        state ^= state >> 7;
-        state ^= state << 17;
-        (state >> 40) as f64 / f64::from(1 << 23) - 1.0
-    };
+    let mut random = Random::for_case("directions");
+    let mut random = || 2.0 * random.unit() - 1.0;
     let mut surface_points = Vec::new();
     for _ in 0..rays {
         let to = middle / length + 0.3 * DVec3::new(random(), random(), random());

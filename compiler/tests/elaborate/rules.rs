@@ -283,7 +283,8 @@ fn every_operand_stands_before_what_uses_it() {
     assert!(!dump(&s).contains("_b"), "what nothing uses is left out");
 }
 
-/// A small generator of reproducible random numbers (xorshift).
+/// A small generator of reproducible random numbers (xorshift). The one of `sdfc-trials` is not used here, because
+/// that crate depends on this one.
 struct Random(u64);
 
 impl Random {

@@ -120,7 +120,6 @@ fn shapes_keep_their_definitions() {
 
 #[test]
 fn what_does_not_fit_is_cut_to_what_does() {
-    let mut random = Random::new(3);
     let all: [(Op, &[f64]); 8] = [
         (Op::RoundedCuboid, &[1.0, 2.0, 0.5, 4.0]),
         (Op::RoundedCylinder, &[0.5, 2.0, 3.0]),
@@ -137,7 +136,7 @@ fn what_does_not_fit_is_cut_to_what_does() {
             &case,
             |p| contains(op, arguments, p),
             Exactness::Exact,
-            &mut random,
+            &mut Random::for_case(3, &case.name()),
         );
     }
 }
