@@ -239,7 +239,7 @@ fn deep_and_long_expressions_are_compiled_or_refused() {
 }
 
 #[test]
-fn what_passes_a_limit_says_both_numbers() {
+fn exceeded_limits_are_reported_with_both_numbers() {
     on_gpu(|gpu| {
         let limits = gpu.info().limits;
         let limit = |result: Result<_, GpuError>| match result {
@@ -450,7 +450,7 @@ fn a_lost_device_is_an_error_everywhere() {
 }
 
 #[test]
-fn hardware_is_listed_first_and_asked_for_alone() {
+fn hardware_is_listed_first_and_can_be_requested_alone() {
     on_gpu(|gpu| {
         let available = devices();
         assert!(available.is_sorted_by_key(|device| device.kind));

@@ -7,10 +7,7 @@ use sdfc_vm::vector::{V2, V3};
 
 /// Returns a direction over the hemisphere around y, distributed evenly by area.
 fn upwards(random: &mut Random) -> V3<f32> {
-    let (y, turn) = (
-        random.unit_f32(),
-        random.unit_f32() * std::f32::consts::TAU,
-    );
+    let (y, turn) = (random.unit_f32(), random.unit_f32() * std::f32::consts::TAU);
     let r = (1.0 - y * y).sqrt();
     V3::new(r * turn.cos(), y, r * turn.sin())
 }
@@ -160,7 +157,7 @@ fn open(field: impl Fn(V3<f32>) -> f32, count: u32, pixel: f32) -> f32 {
 }
 
 #[test]
-fn occlusion_of_known_places() {
+fn occlusion_of_planes_and_corners() {
     assert_eq!(open(|p| p.y, 64, 0.0), 1.0);
     assert_eq!(open(|_| -1.0, 64, 0.0), 0.0);
     // In the corner of floor and wall half of the sky is hidden.
@@ -226,7 +223,7 @@ fn light_takes_the_same_way_back() {
 }
 
 #[test]
-fn the_sky_is_what_its_colours_say() {
+fn the_sky_has_its_three_colours() {
     let [up, top, horizon, ground] = [
         [0.0, 1.0, 0.0],
         [0.1, 0.2, 0.8],
@@ -302,7 +299,7 @@ fn tone_curves_go_through_their_points() {
 }
 
 #[test]
-fn false_colours_tell_things_apart() {
+fn false_colours_distinguish_values() {
     assert_eq!(views::heat(0.0_f32), V3::new(0.0, 0.0, 0.0));
     assert_eq!(views::heat(1.0_f32), V3::new(1.0, 1.0, 1.0));
     for a in 0..24 {

@@ -91,7 +91,13 @@ fn relaxed_steps_never_jump_over_a_surface() {
     let mut numbers = Random::new(7);
     for _ in 0..20_000 {
         // A ray past spheres, seen as the field along it: the first hit must not be missed.
-        let sphere = |n: &mut Random| (2.0 + 20.0 * n.unit_f32(), 2.5 * n.unit_f32(), 0.2 + n.unit_f32());
+        let sphere = |n: &mut Random| {
+            (
+                2.0 + 20.0 * n.unit_f32(),
+                2.5 * n.unit_f32(),
+                0.2 + n.unit_f32(),
+            )
+        };
         let spheres = [
             sphere(&mut numbers),
             sphere(&mut numbers),
@@ -182,7 +188,7 @@ fn rays_that_all_but_touch_pass_without_creeping() {
 }
 
 #[test]
-fn jumps_are_closed_in_on() {
+fn jumps_are_bisected() {
     // Half a unit above zero, and half below from 2.3 on: no step of a distance field ends there.
     let jump = |t: f32| if t < 2.3 { 0.5 } else { -0.5 };
     let threshold = 1e-3;
@@ -242,7 +248,7 @@ fn secant_steps_find_the_root() {
 /// Faces that are flush leave a field about zero without a surface. Rays pass it where it is no farther below
 /// zero than rounding.
 #[test]
-fn what_rounding_alone_takes_below_zero_is_passed() {
+fn values_below_zero_by_rounding_alone_are_passed() {
     let rays = Rays::with_threshold(1e-2);
     for below in [0.0, 1e-7, 1e-6, 3e-6] {
         let flush = |t: f32| ((t - 4.0).abs() - 1.0).max(-below);
@@ -258,7 +264,7 @@ fn what_rounding_alone_takes_below_zero_is_passed() {
 /// Rays past surfaces that they all but touch take steps of a fraction of a pixel, however small their
 /// threshold.
 #[test]
-fn rays_that_want_close_roots_do_not_creep_either() {
+fn rays_with_small_thresholds_do_not_creep_either() {
     let rays = Rays {
         threshold: 1e-5,
         half_pixel: 1e-2,
@@ -320,7 +326,7 @@ fn estimated_roots_take_few_steps() {
 }
 
 #[test]
-fn far_guesses_of_raw_fields_are_looked_at_halfway() {
+fn far_estimates_of_raw_fields_are_sampled_halfway() {
     let rays = Rays {
         half_pixel: 0.05,
         raw: 1.0,
@@ -339,8 +345,14 @@ fn far_guesses_of_raw_fields_are_looked_at_halfway() {
 fn rays_to_the_foot_of_a_wall_end_on_its_face() {
     let mut numbers = Random::new(11);
     for _ in 0..20_000 {
-        let (down, along) = (0.02 + 0.6 * numbers.unit_f32(), 0.3 + 0.6 * numbers.unit_f32());
-        let (face, height) = (60.0 + 40.0 * numbers.unit_f32(), 0.2 * numbers.unit_f32().powi(3));
+        let (down, along) = (
+            0.02 + 0.6 * numbers.unit_f32(),
+            0.3 + 0.6 * numbers.unit_f32(),
+        );
+        let (face, height) = (
+            60.0 + 40.0 * numbers.unit_f32(),
+            0.2 * numbers.unit_f32().powi(3),
+        );
         let field = |t: f32| {
             let (depth, above) = (along * (t - face), height - down * (t - face));
             let wall = match (depth < 0.0, above < 0.0) {

@@ -91,7 +91,7 @@ fn pictures_are_the_same_with_and_without_cells() {
 const MIN_NORMAL_COSINE: f32 = 0.9998;
 
 #[test]
-fn normals_by_leaves_are_those_of_the_whole() {
+fn normals_by_leaves_are_those_of_the_full_program() {
     let mut engine = open_engine(EngineKind::Cpu);
     for scene in [
         "examples/chess.sdf",
@@ -165,7 +165,7 @@ fn the_interpreter_draws_the_same_bits_with_and_without_cells() {
 }
 
 #[test]
-fn a_query_of_many_points_answers_as_one_of_few() {
+fn a_query_of_many_points_gives_the_values_of_one_of_few() {
     let mut engine = open_engine(EngineKind::Cpu);
     let region = Aabb {
         low: [-4.0; 3],
@@ -229,7 +229,7 @@ fn cube([low, high]: [f32; 2], rule: &DownToSide) -> CellSpec<'_> {
 }
 
 #[test]
-fn the_tape_of_a_cell_gives_the_bits_of_the_whole_in_it() {
+fn the_tape_of_a_cell_gives_the_bits_of_the_full_tape_in_it() {
     let mut shorter = 0;
     for path in scene_paths() {
         let mut compiled = on_large_stack(|| compiled(&path, PassOptions::default()));
@@ -264,7 +264,7 @@ fn the_tape_of_a_cell_gives_the_bits_of_the_whole_in_it() {
 }
 
 #[test]
-fn where_nothing_is_kept_the_field_has_the_sign_that_is_claimed() {
+fn empty_cells_have_the_sign_that_they_claim() {
     // Boxes of raw fields can also be empty by the value at their centre and bounds of the gradient.
     let mut paths = scene_paths();
     paths.extend(scenes("tests/hard"));
@@ -523,7 +523,7 @@ fn moving_one_primitive_makes_only_the_cells_that_it_touches() {
 }
 
 #[test]
-fn a_picture_after_an_edit_is_as_one_drawn_anew() {
+fn a_picture_after_an_edit_equals_that_of_a_new_engine() {
     let mut engine = open_engine(EngineKind::Cpu);
     let overrides = Overrides {
         size: Some([96, 72]),

@@ -176,7 +176,7 @@ fn picture_variants(first: &RenderSettings) -> Vec<(String, RenderSettings)> {
 }
 
 #[test]
-fn whatever_a_picture_asks_for_runs_in_them() {
+fn every_mode_and_setting_runs_in_generic_kernels() {
     let modes = [Mode::Shaded, Mode::Normal, Mode::Distance];
     let Some([mut generic, mut specialized]) = engines(&modes) else {
         return;

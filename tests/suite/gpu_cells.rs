@@ -306,7 +306,7 @@ fn by_intervals_the_device_leaves_out_as_much_as_the_processor() {
 }
 
 #[test]
-fn squares_of_figures_are_cut_too() {
+fn cells_of_2d_shapes_are_split_too() {
     let Some(mut engine) = interp(|limits| limits) else {
         return;
     };
@@ -436,7 +436,7 @@ fn without_room_cells_keep_their_parents_tapes_and_the_picture() {
 }
 
 #[test]
-fn devices_with_few_buffers_draw_or_say_why_not() {
+fn devices_with_few_buffers_draw_or_report_why_not() {
     let (module, outputs) = on_large_stack(|| boxes(100));
     for max in [8, 6, 4] {
         let Some(mut engine) = interp(|limits| DeviceLimits {
@@ -466,7 +466,7 @@ fn devices_with_few_buffers_draw_or_say_why_not() {
 }
 
 #[test]
-fn an_edit_cuts_anew_and_makes_no_pipeline() {
+fn an_edit_splits_cells_again_and_makes_no_pipeline() {
     let Some(mut engine) = interp(|limits| limits) else {
         return;
     };

@@ -136,7 +136,7 @@ fn pictures_of_devices_are_near_the_truth() {
 }
 
 #[test]
-fn every_case_says_what_it_holds_and_every_limit_has_a_case() {
+fn every_case_states_its_subject_and_every_limit_has_a_case() {
     let paths = scenes("tests/hard");
     for path in &paths {
         let text = std::fs::read_to_string(path).expect("it can be read");

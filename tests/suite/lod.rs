@@ -36,7 +36,7 @@ const SMALL: &str = "let pile = sphere(0.01) | box(0.02).translate(0.02, 0, 0).r
     | pile.translate(0, 2, 0) | union(sphere(0.3), sphere(0.3).translate(0.3, 0, 0), smooth: 0.1)\
     .translate(2, 0, 0)\n";
 
-fn of_text(text: &str) -> Scene {
+fn scene_from_text(text: &str) -> Scene {
     let mut sources = Sources::new();
     let file = sources.add("text", text.to_owned());
     let (scene, surface_points) = elaborate(&mut sources, file, &elaborate::Options::default());
@@ -168,13 +168,13 @@ fn surfaces_are_where_they_were_but_for_the_error() {
         }
     }
     assert!(replaced.len() >= 3, "{replaced:?}");
-    let clusters = pair(|| of_text(CLUSTERS), 1.0);
+    let clusters = pair(|| scene_from_text(CLUSTERS), 1.0);
     compare_surfaces("clusters", &clusters);
 }
 
 #[test]
 fn far_clusters_take_fewer_instructions() {
-    let pair = pair(|| of_text(CLUSTERS), 1.0);
+    let pair = pair(|| scene_from_text(CLUSTERS), 1.0);
     let length = |compiled: &Compiled| compiled.module.distance.code.len();
     let (full, simple) = (length(&pair.full), length(&pair.simple));
     assert!(3 * simple <= full, "{full} and {simple} instructions");
@@ -202,7 +202,7 @@ fn draw(compiled: &mut Compiled) -> Image {
 /// picture contains: edges and shading move by at most one pixel.
 #[test]
 fn pictures_differ_at_edges_only() {
-    let mut pair = pair(|| of_text(CLUSTERS), 1.0);
+    let mut pair = pair(|| scene_from_text(CLUSTERS), 1.0);
     let [a, b] = [&mut pair.full, &mut pair.simple].map(|compiled| draw(compiled).rgba8());
     let [width, height] = SIZE.map(|side| side as i64);
     let pixel = |of: &[u8], x: i64, y: i64| -> [u8; 3] {
@@ -230,8 +230,8 @@ fn pictures_differ_at_edges_only() {
 }
 
 #[test]
-fn what_it_does_is_shown() {
-    let pair = pair(|| of_text(SMALL), 1.0);
+fn the_dump_shows_omitted_detail() {
+    let pair = pair(|| scene_from_text(SMALL), 1.0);
     let notes = pair.simple.passes.iter().find(|pass| pass.name == "lod");
     let text = format!(
         "{SMALL}\n--- before\n{}\n--- after: {}\n{}",

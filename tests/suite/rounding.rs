@@ -95,7 +95,7 @@ fn no_scene_is_off_by_more_than_its_bound() {
 
 /// Surface points are found by bisection between points inside and outside.
 #[test]
-fn no_surface_is_off_by_more_than_is_told() {
+fn no_surface_is_off_by_more_than_is_reported() {
     let mut settled_count = 0;
     for path in scenes("tests/scenes").iter().chain(&scenes("examples")) {
         let mut compiled = on_large_stack(|| compiled(path, PassOptions::default()));
@@ -176,7 +176,7 @@ fn chains_of_blends_are_off_by_little() {
 /// Rounding is reported in pixels: detail of 1e-4 at 1e4 from the origin cannot be drawn. The same detail
 /// near the origin can, as can a shape as large as its distance.
 #[test]
-fn what_rounding_hides_is_told() {
+fn detail_hidden_by_rounding_is_reported() {
     let pixels = |text: &str| {
         let mut compiled = compiled_text(text, PassOptions::default());
         let visible = report(&mut compiled).visible.expect("it is seen");

@@ -358,7 +358,7 @@ fn examine(path: &Path, engines: &mut [Box<dyn Engine>], max_steps: u64) -> Stri
 }
 
 #[test]
-fn strangers_see_what_is_there() {
+fn stranger_scenes_show_the_hits_of_the_oracle() {
     let mut cases = cases();
     if let Ok(wanted) = std::env::var("SDFC_ONLY") {
         cases.retain(|path| path.to_string_lossy().contains(&wanted));

@@ -149,7 +149,7 @@ fn have_the_same_bits(arithmetic: Arithmetic, is_selected: impl Fn(&str) -> bool
 /// Without strict arithmetic, bits differ on the known devices; otherwise these tests would prove
 /// nothing. A device without differences passes too.
 #[test]
-fn what_is_not_strict_is_seen() {
+fn fast_arithmetic_differs_in_bits() {
     let Some(mut engines) = engines(Arithmetic::Default) else {
         return;
     };

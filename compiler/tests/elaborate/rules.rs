@@ -135,7 +135,7 @@ fn solids_stand_along_the_axis_that_points_up() {
 }
 
 #[test]
-fn transforms_do_what_they_say() {
+fn transforms_move_points_by_their_arguments() {
     assert_box(
         "box(2).translate(1, 2, 3)",
         [0.0, 1.0, 2.0],

@@ -71,7 +71,7 @@ fn chains_of_any_length_keep_their_digits_and_their_picture() {
 }
 
 #[test]
-fn equal_operands_add_what_their_recurrence_says() {
+fn equal_operands_add_the_offset_of_their_recurrence() {
     // A cubic blend adds h³ / 6w² where the operands differ by w − h, and w = 6 · 0.05.
     let (width, count) = (0.3_f64, 200);
     let chain = |a: f64| {

@@ -118,7 +118,7 @@ fn guards_skip_no_box_far_away() {
 
 /// Of two coincident faces the first is visible, on every engine.
 #[test]
-fn of_coincident_faces_the_first_shows_on_every_engine() {
+fn the_first_of_coincident_faces_is_visible_on_every_engine() {
     let engines: &[EngineKind] = if is_gpu_skipped() {
         &[EngineKind::Cpu]
     } else {
@@ -164,7 +164,7 @@ fn load(engine: &mut dyn Engine, text: &str) -> (Compiled, Vec<f64>) {
 
 /// A hole is filled with another colour, flush with the face. No skin remains visible.
 #[test]
-fn what_fills_a_hole_shows() {
+fn fillings_of_holes_are_visible() {
     // The second cutter is not extended.
     for cutter in [
         "cylinder(r: 1, h: h)",
@@ -174,12 +174,12 @@ fn what_fills_a_hole_shows() {
             "param h = 1 in 0.5..=2;\n\
             (box([4, h, 4]) - {cutter}).color(#ff0000) | cylinder(r: 1, h: h).color(#0000ff)\n"
         );
-        what_fills_shows(&text);
+        assert_filling_visible(&text);
     }
 }
 
 /// Asserts that only blue is visible within a radius of 1 of the y axis, at the height 0.5.
-fn what_fills_shows(text: &str) {
+fn assert_filling_visible(text: &str) {
     let mut engine = open(EngineKind::Cpu).expect("there is always a CPU");
     let (compiled, outputs) = load(&mut *engine, text);
     for (from, cells) in [

@@ -150,7 +150,7 @@ fn mix_weight(kernel: BlendKernel, x: f64, width: f64) -> f64 {
 
 /// The mix weight of the farther operand is the slope of the blend with respect to it.
 #[test]
-fn the_share_is_the_slope() {
+fn the_weight_of_an_operand_is_its_slope() {
     for (op, kernel) in UNIONS {
         let mut random = Random::for_case(22, op.row().name);
         let case = Case::new(op, &[0.25]);

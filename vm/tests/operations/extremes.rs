@@ -79,7 +79,7 @@ fn degenerate(op: Op, random: &mut Random) -> Vec<Vec<f64>> {
 }
 
 #[test]
-fn nothing_is_ever_not_a_number() {
+fn no_operation_returns_nan() {
     // Zeros, tiny and huge numbers. The long form adds denormal numbers, the largest one whose square is
     // finite, and neighbours of integers.
     let denormal = f32::from_bits(1);

@@ -152,7 +152,7 @@ fn the_bound_of_a_box_holds_at_its_points() {
 /// Errors of coordinates are propagated: unchanged into a sphere's distance, times its slope into noise,
 /// and unchanged into another cell of a repetition.
 #[test]
-fn what_coordinates_are_off_is_passed_on() {
+fn errors_of_coordinates_are_propagated() {
     let at = |v: f64, error: f64| RunningError {
         error,
         ..RunningError::exact(v)
@@ -183,7 +183,7 @@ fn what_coordinates_are_off_is_passed_on() {
 
 /// The errors of elementary functions are within those that the rules assume.
 #[test]
-fn elementary_functions_are_no_more_off_than_the_rules_say() {
+fn elementary_functions_are_off_by_no_more_than_the_rules_assume() {
     let mut random = Random::new(606);
     let mut noise = 0.0_f64;
     for _ in 0..400_000 {
