@@ -5,7 +5,9 @@ mod circles;
 mod comments;
 mod crates;
 mod documents;
+mod lengths;
 mod names;
+mod tests;
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -36,7 +38,7 @@ const TESTS: [&str; 10] = [
     "benches",
 ];
 
-/// A file of Rust, with its path relative to the root of the repository.
+/// A file of Rust or WGSL, with its path relative to the root of the repository.
 struct Source {
     path: PathBuf,
     text: String,
@@ -44,6 +46,11 @@ struct Source {
 
 /// All files of Rust below a folder, in the order of their paths.
 fn sources(folder: &str) -> Vec<Source> {
+    sources_of(folder, "rs")
+}
+
+/// All files with an extension below a folder, in the order of their paths.
+fn sources_of(folder: &str, extension: &str) -> Vec<Source> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let (mut open, mut found) = (vec![root.join(folder)], Vec::new());
     while let Some(folder) = open.pop() {
@@ -54,7 +61,7 @@ fn sources(folder: &str) -> Vec<Source> {
             let path = entry.expect("a readable folder").path();
             if path.is_dir() {
                 open.push(path);
-            } else if path.extension().is_some_and(|extension| extension == "rs") {
+            } else if path.extension().is_some_and(|own| own == extension) {
                 let text = fs::read_to_string(&path).expect("a file of text");
                 let path = path.strip_prefix(root).expect("below the root").to_owned();
                 found.push(Source { path, text });
