@@ -7,10 +7,16 @@ cd "$(dirname "$0")"
 
 skipped=()
 step="preparation"
+# Skipped tests append their names to this file.
+SDFC_SKIPPED_FILE=$(mktemp)
+export SDFC_SKIPPED_FILE
 
 finish() {
     local status=$?
     [[ -z ${own_runtime_dir:-} ]] || rm -rf "$own_runtime_dir"
+    local tests
+    mapfile -t tests < <(sort -u "$SDFC_SKIPPED_FILE")
+    rm -f "$SDFC_SKIPPED_FILE"
     echo
     if ((status == 0)); then
         echo "all checks passed in $SECONDS s"
@@ -18,6 +24,7 @@ finish() {
         echo "failed after $SECONDS s in $step (exit status $status)"
         skipped+=("all steps after $step")
     fi
+    skipped+=("${tests[@]}")
     if ((${#skipped[@]} == 0)); then
         echo "skipped: nothing"
     else

@@ -118,7 +118,7 @@ fn scene_of_nothing() -> (Option<Provenance>, String) {
 }
 
 #[test]
-fn a_hundred_thousand_leaves_are_told_apart() {
+fn a_hundred_thousand_leaves_are_distinguished() {
     let text =
         "union(for i in 0..500 { union(for j in 0..200 { sphere(0.4).translate(i, j, 0) }) })";
     let mut options = Options::default();

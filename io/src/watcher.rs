@@ -204,7 +204,7 @@ mod tests {
     }
 
     #[test]
-    fn what_changed_before_it_was_watched_is_known_by_its_time() {
+    fn changes_before_watching_are_detected_by_time_stamps() {
         let folder = tempfile::tempdir().unwrap();
         let file = folder.path().join("a.sdf");
         let files = [file.clone()];
@@ -216,7 +216,7 @@ mod tests {
     }
 
     #[test]
-    fn other_files_and_reading_are_none_of_its_business() {
+    fn other_files_and_reads_are_ignored() {
         let folder = tempfile::tempdir().unwrap();
         let file = folder.path().join("a.sdf");
         fs::write(&file, "one").unwrap();

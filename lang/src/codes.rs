@@ -675,7 +675,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn rows_are_in_order_and_say_something() {
+    fn rows_are_in_order_and_have_text() {
         for letter in ["E", "W"] {
             let codes = CODES.iter().map(|row| row.code.as_str());
             let codes: Vec<_> = codes.filter(|code| code.starts_with(letter)).collect();

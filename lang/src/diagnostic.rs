@@ -292,7 +292,7 @@ mod tests {
     }
 
     #[test]
-    fn they_are_sorted_and_said_once() {
+    fn diagnostics_are_sorted_and_reported_once() {
         let diagnostics: Diagnostics = [error_at(5), error_at(2), error_at(5)]
             .into_iter()
             .collect();

@@ -383,7 +383,7 @@ mod tests {
     /// (32.30, 79.19, −107.86) from textbooks, the largest distance is 203.25: 100^0.7 lies beyond the knee
     /// at 0.4 · 203.25^0.7.
     #[test]
-    fn black_and_white_are_as_far_apart_as_the_formulas_say() {
+    fn black_and_white_have_the_difference_of_the_formulas() {
         let (distance, largest) = (100.0_f64.powf(0.7), 203.25_f64.powf(0.7));
         let expected = 0.95 + (distance / largest - 0.4) / 0.6 * 0.05;
         let difference = mean(&filled([0; 3]), &filled([255; 3]));
@@ -394,7 +394,7 @@ mod tests {
     }
 
     #[test]
-    fn it_is_the_same_from_both_sides_and_grows_with_a_disturbance() {
+    fn differences_are_symmetric_and_grow_with_a_disturbance() {
         let reference = pattern(40);
         let mut previous = 0.0;
         for contrast in [41, 43, 48, 60, 90] {

@@ -1,8 +1,6 @@
 //! Tests of the GPU layer, on any adapter of the machine. Without an adapter these tests fail, unless
 //! `SDFC_SKIP_GPU` states the reason why there is none.
 
-#![expect(clippy::print_stdout, reason = "a test that is skipped says why")]
-
 use std::process::Command;
 use std::time::Duration;
 
@@ -10,6 +8,7 @@ use sdfc_runtime::gpu::{
     AdapterPreference, Arithmetic, Batch, BindingAccess, BufferBinding, BufferUsage, Extent, Gpu,
     GpuError, Kernel, KernelSource, devices,
 };
+use sdfc_trials::skip::is_gpu_skipped;
 
 const READ: BindingAccess = BindingAccess::StorageRead;
 const WRITE: BindingAccess = BindingAccess::StorageReadWrite;
@@ -18,8 +17,7 @@ const UNIFORM: BindingAccess = BindingAccess::Uniform;
 /// Runs `test` on the best adapter, with default and with strict kernels, which have the same guarantees.
 /// Only a stated reason excuses a missing adapter.
 fn on_gpu(test: impl Fn(Gpu)) {
-    if let Ok(reason) = std::env::var("SDFC_SKIP_GPU") {
-        println!("skipped: {reason}");
+    if is_gpu_skipped() {
         return;
     }
     for arithmetic in [
@@ -241,7 +239,7 @@ fn deep_and_long_expressions_are_compiled_or_refused() {
 }
 
 #[test]
-fn what_passes_a_limit_says_both_numbers() {
+fn exceeded_limits_are_reported_with_both_numbers() {
     on_gpu(|gpu| {
         let limits = gpu.info().limits;
         let limit = |result: Result<_, GpuError>| match result {
@@ -452,7 +450,7 @@ fn a_lost_device_is_an_error_everywhere() {
 }
 
 #[test]
-fn hardware_is_listed_first_and_asked_for_alone() {
+fn hardware_is_listed_first_and_can_be_requested_alone() {
     on_gpu(|gpu| {
         let available = devices();
         assert!(available.is_sorted_by_key(|device| device.kind));

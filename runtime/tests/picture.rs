@@ -136,7 +136,7 @@ fn check_sphere(sphere: Sphere, settings: &RenderSettings, tolerance: f64) {
 }
 
 #[test]
-fn a_ball_is_where_it_is() {
+fn a_sphere_has_its_hits_and_depths() {
     check_sphere(
         Sphere {
             centre: [0.3, -0.2, 0.1],
@@ -160,7 +160,7 @@ fn a_ball_is_where_it_is() {
 }
 
 #[test]
-fn far_away_is_as_good() {
+fn distant_spheres_are_as_exact() {
     for distance in [1e4, 1e6] {
         let view = View {
             from: [0.0, 0.0, distance * 5.0],
@@ -205,7 +205,7 @@ fn far_away_is_as_good() {
 /// At a distance of a million, coordinates near the sphere that are rounded at the camera would have an error
 /// of a sixteenth. Rays that start near the sphere have normals as good as those of a near camera.
 #[test]
-fn a_telescope_sees_a_ball_as_round_as_it_is() {
+fn a_telescope_shows_a_sphere_as_round() {
     let ball = || Sphere {
         centre: [0.3, -0.2, 0.1],
         radius: 1.2,
@@ -426,7 +426,7 @@ impl Formula for Broken {
 }
 
 #[test]
-fn what_is_not_a_number_ends_rays() {
+fn nan_ends_rays() {
     for mode in [Mode::Shaded, Mode::Steps, Mode::Distance, Mode::Edges] {
         for everywhere in [true, false] {
             let lights = vec![lamp(ResolvedShadow::Improved(0.1))];
@@ -579,7 +579,7 @@ fn more_samples_measure_areas() {
 }
 
 #[test]
-fn plane_figures_are_filled() {
+fn shapes_in_the_plane_are_filled() {
     let view = View::plane([0.0, 0.0], 2.0);
     let ball = Analytic(Sphere {
         centre: [0.0; 3],
@@ -648,7 +648,7 @@ fn lines_are_drawn_around_shapes() {
 }
 
 #[test]
-fn the_march_saves_what_bytes_say() {
+fn images_are_encoded_as_the_bytes_of_their_values() {
     // Modes that show numbers are not encoded as light.
     let settings = RenderSettings {
         mode: Mode::Normal,

@@ -1,26 +1,15 @@
 //! The functions of pictures, compared with closed forms, standards and physics.
 
 use sdfc_shaders::{camera, normals, occlusion, reflectance, shadow, sky, tone, views};
+use sdfc_trials::random::Random;
 use sdfc_vm::real::Vector3;
 use sdfc_vm::vector::{V2, V3};
 
-/// Numbers in [0, 1) that are the same in every run.
-struct TestRandom(u64);
-
-impl TestRandom {
-    fn next(&mut self) -> f32 {
-        self.0 = self
-            .0
-            .wrapping_mul(6_364_136_223_846_793_005)
-            .wrapping_add(1_442_695_040_888_963_407);
-        (self.0 >> 40) as f32 / (1_u64 << 24) as f32
-    }
-    /// Returns a direction over the hemisphere around y, distributed evenly by area.
-    fn upwards(&mut self) -> V3<f32> {
-        let (y, turn) = (self.next(), self.next() * std::f32::consts::TAU);
-        let r = (1.0 - y * y).sqrt();
-        V3::new(r * turn.cos(), y, r * turn.sin())
-    }
+/// Returns a direction over the hemisphere around y, distributed evenly by area.
+fn upwards(random: &mut Random) -> V3<f32> {
+    let (y, turn) = (random.unit_f32(), random.unit_f32() * std::f32::consts::TAU);
+    let r = (1.0 - y * y).sqrt();
+    V3::new(r * turn.cos(), y, r * turn.sin())
 }
 
 #[test]
@@ -95,9 +84,9 @@ fn normals_survive_vanishing_gradients() {
 
 #[test]
 fn shadows_are_numbers_between_none_and_all() {
-    let mut numbers = TestRandom(1);
+    let mut numbers = Random::new(1);
     for _ in 0..200_000 {
-        let mut any = |scale: f32| numbers.next().powi(4) * scale;
+        let mut any = |scale: f32| numbers.unit_f32().powi(4) * scale;
         let (h, t, size) = (any(3.0) - 0.1, any(50.0), any(0.5));
         let to_surface = V3::new(any(3.0), any(3.0) - 0.1, any(3.0));
         let ahead = V3::new(1.0, 0.0, 0.0);
@@ -116,10 +105,10 @@ fn shadows_are_numbers_between_none_and_all() {
 /// the solid the visibility is lower by as much as it is higher outside.
 #[test]
 fn penumbras_of_shadows_do_not_depend_on_the_place_of_a_candidate() {
-    let mut numbers = TestRandom(5);
+    let mut numbers = Random::new(5);
     for _ in 0..1000 {
-        let [at, aside] = [1.0 + numbers.next(), 0.05 + 0.5 * numbers.next()];
-        let t = at + aside * (2.0 * numbers.next() - 1.0);
+        let [at, aside] = [1.0 + numbers.unit_f32(), 0.05 + 0.5 * numbers.unit_f32()];
+        let t = at + aside * (2.0 * numbers.unit_f32() - 1.0);
         let (to_surface, direction) = (V3::new(at - t, aside, 0.0), V3::new(1.0, 0.0, 0.0));
         for side in [1.0, -1.0] {
             let found = shadow::visibility_beside::<f32>(
@@ -168,7 +157,7 @@ fn open(field: impl Fn(V3<f32>) -> f32, count: u32, pixel: f32) -> f32 {
 }
 
 #[test]
-fn occlusion_of_known_places() {
+fn occlusion_of_planes_and_corners() {
     assert_eq!(open(|p| p.y, 64, 0.0), 1.0);
     assert_eq!(open(|_| -1.0, 64, 0.0), 0.0);
     // In the corner of floor and wall half of the sky is hidden.
@@ -181,7 +170,7 @@ fn occlusion_of_known_places() {
 
 #[test]
 fn surfaces_send_on_no_more_than_arrives() {
-    let mut numbers = TestRandom(3);
+    let mut numbers = Random::new(3);
     let normal = V3::new(0.0, 1.0, 0.0);
     let white = V3::new(1.0, 1.0, 1.0);
     for roughness in [0.35, 0.6, 1.0] {
@@ -191,7 +180,7 @@ fn surfaces_send_on_no_more_than_arrives() {
                 let count = 100_000;
                 let mut sum = 0.0_f64;
                 for _ in 0..count {
-                    let to_light = numbers.upwards();
+                    let to_light = upwards(&mut numbers);
                     let diffuse = reflectance::diffuse_albedo::<f32>(
                         normal, to_eye, white, roughness, metallic,
                     );
@@ -219,11 +208,11 @@ fn surfaces_send_on_no_more_than_arrives() {
 
 #[test]
 fn light_takes_the_same_way_back() {
-    let mut numbers = TestRandom(11);
+    let mut numbers = Random::new(11);
     let normal = V3::new(0.0, 1.0, 0.0);
     let (albedo, diffuse) = (V3::new(0.8, 0.5, 0.2), V3::new(0.3, 0.2, 0.1));
     for _ in 0..1000 {
-        let (a, b) = (numbers.upwards(), numbers.upwards());
+        let (a, b) = (upwards(&mut numbers), upwards(&mut numbers));
         if a.y < 0.05 || b.y < 0.05 {
             continue;
         }
@@ -234,7 +223,7 @@ fn light_takes_the_same_way_back() {
 }
 
 #[test]
-fn the_sky_is_what_its_colours_say() {
+fn the_sky_has_its_three_colours() {
     let [up, top, horizon, ground] = [
         [0.0, 1.0, 0.0],
         [0.1, 0.2, 0.8],
@@ -310,7 +299,7 @@ fn tone_curves_go_through_their_points() {
 }
 
 #[test]
-fn false_colours_tell_things_apart() {
+fn false_colours_distinguish_values() {
     assert_eq!(views::heat(0.0_f32), V3::new(0.0, 0.0, 0.0));
     assert_eq!(views::heat(1.0_f32), V3::new(1.0, 1.0, 1.0));
     for a in 0..24 {

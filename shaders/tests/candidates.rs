@@ -46,7 +46,7 @@ fn close(distance: f32, expected: f32) -> bool {
 }
 
 #[test]
-fn walls_are_as_far_as_they_are() {
+fn walls_have_their_true_distance() {
     let normal = V3::new(0.36, 0.48, 0.8);
     for height in [1e-3_f32, 0.1, 3.0] {
         let distance = probed_distance(|p| p.dot(normal), normal * height, height);
@@ -74,7 +74,7 @@ fn edges_are_farther_than_their_faces() {
 
 /// A cutter that ends in the face of what it cuts leaves the field at zero there, without a surface.
 #[test]
-fn where_a_field_only_touches_zero_there_is_nothing() {
+fn a_field_that_only_touches_zero_has_no_candidate() {
     for height in [1e-3_f32, 0.1, 3.0] {
         let point = V3::new(0.0, height, 0.0);
         let flush = probed_distance(|p| p.y.abs(), point, height);

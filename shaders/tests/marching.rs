@@ -1,19 +1,7 @@
 //! Rays along lines through known fields: where they end, and their number of steps.
 
 use sdfc_shaders::marching;
-
-/// Numbers in [0, 1) that are the same in every run.
-struct TestRandom(u64);
-
-impl TestRandom {
-    fn next(&mut self) -> f32 {
-        self.0 = self
-            .0
-            .wrapping_mul(6_364_136_223_846_793_005)
-            .wrapping_add(1_442_695_040_888_963_407);
-        (self.0 >> 40) as f32 / (1_u64 << 24) as f32
-    }
-}
+use sdfc_trials::random::Random;
 
 /// The parameters of the rays of a frame.
 #[derive(Clone, Copy)]
@@ -100,10 +88,16 @@ fn march(field: impl Fn(f32) -> f32, threshold: f32, steps: usize) -> (f32, usiz
 
 #[test]
 fn relaxed_steps_never_jump_over_a_surface() {
-    let mut numbers = TestRandom(7);
+    let mut numbers = Random::new(7);
     for _ in 0..20_000 {
         // A ray past spheres, seen as the field along it: the first hit must not be missed.
-        let sphere = |n: &mut TestRandom| (2.0 + 20.0 * n.next(), 2.5 * n.next(), 0.2 + n.next());
+        let sphere = |n: &mut Random| {
+            (
+                2.0 + 20.0 * n.unit_f32(),
+                2.5 * n.unit_f32(),
+                0.2 + n.unit_f32(),
+            )
+        };
         let spheres = [
             sphere(&mut numbers),
             sphere(&mut numbers),
@@ -194,7 +188,7 @@ fn rays_that_all_but_touch_pass_without_creeping() {
 }
 
 #[test]
-fn jumps_are_closed_in_on() {
+fn jumps_are_bisected() {
     // Half a unit above zero, and half below from 2.3 on: no step of a distance field ends there.
     let jump = |t: f32| if t < 2.3 { 0.5 } else { -0.5 };
     let threshold = 1e-3;
@@ -254,7 +248,7 @@ fn secant_steps_find_the_root() {
 /// Faces that are flush leave a field about zero without a surface. Rays pass it where it is no farther below
 /// zero than rounding.
 #[test]
-fn what_rounding_alone_takes_below_zero_is_passed() {
+fn values_below_zero_by_rounding_alone_are_passed() {
     let rays = Rays::with_threshold(1e-2);
     for below in [0.0, 1e-7, 1e-6, 3e-6] {
         let flush = |t: f32| ((t - 4.0).abs() - 1.0).max(-below);
@@ -270,7 +264,7 @@ fn what_rounding_alone_takes_below_zero_is_passed() {
 /// Rays past surfaces that they all but touch take steps of a fraction of a pixel, however small their
 /// threshold.
 #[test]
-fn rays_that_want_close_roots_do_not_creep_either() {
+fn rays_with_small_thresholds_do_not_creep_either() {
     let rays = Rays {
         threshold: 1e-5,
         half_pixel: 1e-2,
@@ -288,7 +282,7 @@ fn rays_that_want_close_roots_do_not_creep_either() {
 /// A line that leads many pixels ahead may lead through a wall into a surface behind it.
 #[test]
 fn lines_that_lead_through_walls_are_not_followed() {
-    let mut numbers = TestRandom(5);
+    let mut numbers = Random::new(5);
     let rays = Rays {
         threshold: 1e-3,
         half_pixel: 1e-2,
@@ -297,12 +291,12 @@ fn lines_that_lead_through_walls_are_not_followed() {
     let mut wrong = 0;
     for _ in 0..20_000 {
         // Down onto a plane, with a wall before the root, and a solid in which the step ends, not deep.
-        let sine = 0.005 + 0.015 * numbers.next();
-        let root = 3.0 + numbers.next();
-        let wall = root - (0.2 + 0.6 * numbers.next()) * 0.01 / sine;
-        let thick = 0.002 + 0.005 * numbers.next();
+        let sine = 0.005 + 0.015 * numbers.unit_f32();
+        let root = 3.0 + numbers.unit_f32();
+        let wall = root - (0.2 + 0.6 * numbers.unit_f32()) * 0.01 / sine;
+        let thick = 0.002 + 0.005 * numbers.unit_f32();
         let end = root + 0.028 * rays.threshold / sine;
-        let behind = end - (0.5 + 0.4 * numbers.next()) * rays.threshold;
+        let behind = end - (0.5 + 0.4 * numbers.unit_f32()) * rays.threshold;
         let field = |t: f32| {
             let floor = (root - t) * sine;
             floor.min((t - wall).abs() - thick).min(behind - t)
@@ -317,13 +311,13 @@ fn lines_that_lead_through_walls_are_not_followed() {
 /// Estimates land slightly beyond roots, so that rays to curved surfaces end after few steps.
 #[test]
 fn estimated_roots_take_few_steps() {
-    let mut numbers = TestRandom(5);
+    let mut numbers = Random::new(5);
     let rays = Rays {
         half_pixel: 2e-2,
         ..Rays::with_threshold(1e-3)
     };
     let steps = (0..20_000).map(|_| {
-        let (at, aside) = (2.0 + numbers.next(), numbers.next());
+        let (at, aside) = (2.0 + numbers.unit_f32(), numbers.unit_f32());
         let sphere = |t: f32| (t - at).hypot(aside) - 1.0;
         rays.march(|t| sphere(t).min(12.0 - t), 2000).1
     });
@@ -332,7 +326,7 @@ fn estimated_roots_take_few_steps() {
 }
 
 #[test]
-fn far_guesses_of_raw_fields_are_looked_at_halfway() {
+fn far_estimates_of_raw_fields_are_sampled_halfway() {
     let rays = Rays {
         half_pixel: 0.05,
         raw: 1.0,
@@ -349,10 +343,16 @@ fn far_guesses_of_raw_fields_are_looked_at_halfway() {
 /// too.
 #[test]
 fn rays_to_the_foot_of_a_wall_end_on_its_face() {
-    let mut numbers = TestRandom(11);
+    let mut numbers = Random::new(11);
     for _ in 0..20_000 {
-        let (down, along) = (0.02 + 0.6 * numbers.next(), 0.3 + 0.6 * numbers.next());
-        let (face, height) = (60.0 + 40.0 * numbers.next(), 0.2 * numbers.next().powi(3));
+        let (down, along) = (
+            0.02 + 0.6 * numbers.unit_f32(),
+            0.3 + 0.6 * numbers.unit_f32(),
+        );
+        let (face, height) = (
+            60.0 + 40.0 * numbers.unit_f32(),
+            0.2 * numbers.unit_f32().powi(3),
+        );
         let field = |t: f32| {
             let (depth, above) = (along * (t - face), height - down * (t - face));
             let wall = match (depth < 0.0, above < 0.0) {

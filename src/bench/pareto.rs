@@ -13,6 +13,7 @@ pub(crate) fn pareto_front(pairs: &[(f64, f64)]) -> Vec<bool> {
 #[cfg(test)]
 mod tests {
     use super::pareto_front;
+    use sdfc_trials::random::Random;
 
     #[test]
     fn only_what_is_beaten_is_left_out() {
@@ -34,13 +35,8 @@ mod tests {
     /// From left to right along a front, errors only become smaller.
     #[test]
     fn a_front_goes_down() {
-        let mut state = 7_u64;
-        let mut next = || {
-            state = state
-                .wrapping_mul(6_364_136_223_846_793_005)
-                .wrapping_add(1);
-            ((state >> 33) % 40) as f64
-        };
+        let mut random = Random::for_case("front");
+        let mut next = || random.below(40) as f64;
         let pairs: Vec<(f64, f64)> = (0..200).map(|_| (next(), next())).collect();
         let is_on_front = pareto_front(&pairs);
         let mut kept: Vec<_> = pairs

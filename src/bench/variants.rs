@@ -220,7 +220,7 @@ mod tests {
     }
 
     #[test]
-    fn every_value_of_every_knob_is_tried_alone() {
+    fn every_value_of_every_setting_is_tried_alone() {
         let variants = sweep(default(), EngineKind::Cpu, true);
         let labels: Vec<String> = variants
             .iter()
@@ -253,7 +253,7 @@ mod tests {
     }
 
     #[test]
-    fn what_an_engine_or_the_compiler_has_not_is_left_out() {
+    fn unsupported_settings_are_left_out() {
         let variants = sweep(default(), EngineKind::Wgsl, true);
         assert!(variants.iter().all(|variant| !variant.whole));
         let variants = sweep(default(), EngineKind::Cpu, false);

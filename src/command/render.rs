@@ -302,7 +302,7 @@ mod tests {
     use super::out_of_memory;
 
     #[test]
-    fn the_summary_says_when_cells_ran_out_of_memory() {
+    fn the_summary_reports_cells_out_of_memory() {
         assert_eq!(out_of_memory(0), "");
         assert_eq!(
             out_of_memory(1),

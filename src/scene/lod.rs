@@ -123,7 +123,7 @@ mod tests {
     use super::{pixels, with_thousands_separators};
 
     #[test]
-    fn thousands_are_told_apart() {
+    fn thousands_have_separators() {
         assert_eq!(
             [7, 999, 1204, 1_000_000].map(with_thousands_separators),
             ["7", "999", "1,204", "1,000,000"]

@@ -6,11 +6,11 @@ use sdfc_runtime::engine::{Engine, EngineKind, SceneInput, open};
 use sdfc_runtime::settings::{Overrides, resolve};
 use sdfc_runtime::verify::{small_settings, verify};
 use sdfc_shaders::assemble::SceneSource;
+use sdfc_trials::skip::is_gpu_skipped;
 
 #[test]
 fn engines_draw_every_scene_alike() {
-    if let Ok(reason) = std::env::var("SDFC_SKIP_GPU") {
-        eprintln!("skipped: engines are not compared ({reason})");
+    if is_gpu_skipped() {
         return;
     }
     let mut engines: Vec<Box<dyn Engine>> = EngineKind::FAST

@@ -14,6 +14,7 @@ use sdfc_runtime::render::{CellMode, Image, Mode, RenderSettings, Status};
 use sdfc_runtime::settings::{Overrides, resolve};
 use sdfc_runtime::verify::compare;
 use sdfc_shaders::assemble::SceneSource;
+use sdfc_trials::random::Random;
 use sdfc_vm::evaluate::evaluate_f64;
 use sdfc_vm::lanes::{F32x64, LANES};
 use sdfc_vm::program::Module;
@@ -90,7 +91,7 @@ fn pictures_are_the_same_with_and_without_cells() {
 const MIN_NORMAL_COSINE: f32 = 0.9998;
 
 #[test]
-fn normals_by_leaves_are_those_of_the_whole() {
+fn normals_by_leaves_are_those_of_the_full_program() {
     let mut engine = open_engine(EngineKind::Cpu);
     for scene in [
         "examples/chess.sdf",
@@ -164,7 +165,7 @@ fn the_interpreter_draws_the_same_bits_with_and_without_cells() {
 }
 
 #[test]
-fn a_query_of_many_points_answers_as_one_of_few() {
+fn a_query_of_many_points_gives_the_values_of_one_of_few() {
     let mut engine = open_engine(EngineKind::Cpu);
     let region = Aabb {
         low: [-4.0; 3],
@@ -228,7 +229,7 @@ fn cube([low, high]: [f32; 2], rule: &DownToSide) -> CellSpec<'_> {
 }
 
 #[test]
-fn the_tape_of_a_cell_gives_the_bits_of_the_whole_in_it() {
+fn the_tape_of_a_cell_gives_the_bits_of_the_full_tape_in_it() {
     let mut shorter = 0;
     for path in scene_paths() {
         let mut compiled = on_large_stack(|| compiled(&path, PassOptions::default()));
@@ -263,7 +264,7 @@ fn the_tape_of_a_cell_gives_the_bits_of_the_whole_in_it() {
 }
 
 #[test]
-fn where_nothing_is_kept_the_field_has_the_sign_that_is_claimed() {
+fn empty_cells_have_the_sign_that_they_claim() {
     // Boxes of raw fields can also be empty by the value at their centre and bounds of the gradient.
     let mut paths = scene_paths();
     paths.extend(scenes("tests/hard"));
@@ -378,18 +379,14 @@ fn things_on_an_endless_ground_have_as_short_tapes_as_without_it() {
 
 /// Returns points spread over a box, including its corners.
 fn scattered(region: &Aabb, seed: u64) -> [F32x64; 3] {
-    let mut state = seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) | 1;
+    let mut random = Random::new(seed);
     std::array::from_fn(|axis| {
         F32x64(std::array::from_fn(|lane| {
             let (low, high) = (region.low[axis], region.high[axis]);
             if lane < 8 {
                 return if lane >> axis & 1 == 0 { low } else { high };
             }
-            state ^= state << 13;
-            state ^= state >> 7;
-            state ^= state << 17;
-            let fraction = (state >> 40) as f32 / (1 << 24) as f32;
-            (low + (high - low) * fraction).clamp(low, high)
+            (low + (high - low) * random.unit_f32()).clamp(low, high)
         }))
     })
 }
@@ -416,13 +413,8 @@ fn balls(height: f64) -> Module {
 fn boxes() -> Module {
     use std::fmt::Write;
     let mut text = String::from("union([\n");
-    let mut state = 1_u64;
-    let mut fraction = || {
-        state = state
-            .wrapping_mul(6_364_136_223_846_793_005)
-            .wrapping_add(1);
-        (state >> 40) as f64 / f64::from(1 << 24)
-    };
+    let mut random = Random::for_case("scattered boxes");
+    let mut fraction = || random.unit_f32();
     for _ in 0..2000 {
         let [x, y, z] = [0; 3].map(|_| fraction() * 9.0 - 4.5);
         let [size, angle] = [fraction() * 0.3 + 0.2, fraction() * 180.0];
@@ -531,7 +523,7 @@ fn moving_one_primitive_makes_only_the_cells_that_it_touches() {
 }
 
 #[test]
-fn a_picture_after_an_edit_is_as_one_drawn_anew() {
+fn a_picture_after_an_edit_equals_that_of_a_new_engine() {
     let mut engine = open_engine(EngineKind::Cpu);
     let overrides = Overrides {
         size: Some([96, 72]),

@@ -5,7 +5,9 @@ mod circles;
 mod comments;
 mod crates;
 mod documents;
+mod lengths;
 mod names;
+mod tests;
 
 use std::fs;
 use std::path::{Path, PathBuf};

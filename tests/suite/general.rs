@@ -11,13 +11,13 @@ use sdfc_runtime::render::{
 };
 use sdfc_runtime::settings::{Overrides, resolve};
 use sdfc_shaders::assemble::SceneSource;
+use sdfc_trials::skip::is_gpu_skipped;
 use sdfc_vm::program::Module;
 
 /// Returns the engine with generic kernels, warmed up for these modes, and the one with specialised
 /// kernels; `None` if GPU tests are skipped.
 fn engines(modes: &[Mode]) -> Option<[Box<dyn Engine>; 2]> {
-    if let Ok(reason) = std::env::var("SDFC_SKIP_GPU") {
-        eprintln!("skipped: {reason}");
+    if is_gpu_skipped() {
         return None;
     }
     let gpu = || Gpu::open(AdapterPreference::Any).expect("there is an adapter");
@@ -176,7 +176,7 @@ fn picture_variants(first: &RenderSettings) -> Vec<(String, RenderSettings)> {
 }
 
 #[test]
-fn whatever_a_picture_asks_for_runs_in_them() {
+fn every_mode_and_setting_runs_in_generic_kernels() {
     let modes = [Mode::Shaded, Mode::Normal, Mode::Distance];
     let Some([mut generic, mut specialized]) = engines(&modes) else {
         return;

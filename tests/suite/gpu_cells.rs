@@ -13,14 +13,14 @@ use sdfc_runtime::gpu::{AdapterPreference, DeviceLimits, Gpu};
 use sdfc_runtime::render::{CellMode, CellStats, Image, Mode};
 use sdfc_runtime::settings::{Overrides, resolve};
 use sdfc_shaders::assemble::SceneSource;
+use sdfc_trials::skip::is_gpu_skipped;
 use sdfc_vm::program::Module;
 use sdfc_vm::tape::Tape;
 use std::fmt::Write;
 
 /// Opens an engine on a device with reduced limits; `None` if GPU tests are skipped.
 fn interp(limited: impl Fn(DeviceLimits) -> DeviceLimits) -> Option<Box<dyn Engine>> {
-    if let Ok(reason) = std::env::var("SDFC_SKIP_GPU") {
-        eprintln!("skipped: {reason}");
+    if is_gpu_skipped() {
         return None;
     }
     let gpu = Gpu::open_with_limits(AdapterPreference::Any, limited).expect("there is an adapter");
@@ -306,7 +306,7 @@ fn by_intervals_the_device_leaves_out_as_much_as_the_processor() {
 }
 
 #[test]
-fn squares_of_figures_are_cut_too() {
+fn cells_of_2d_shapes_are_split_too() {
     let Some(mut engine) = interp(|limits| limits) else {
         return;
     };
@@ -436,7 +436,7 @@ fn without_room_cells_keep_their_parents_tapes_and_the_picture() {
 }
 
 #[test]
-fn devices_with_few_buffers_draw_or_say_why_not() {
+fn devices_with_few_buffers_draw_or_report_why_not() {
     let (module, outputs) = on_large_stack(|| boxes(100));
     for max in [8, 6, 4] {
         let Some(mut engine) = interp(|limits| DeviceLimits {
@@ -466,7 +466,7 @@ fn devices_with_few_buffers_draw_or_say_why_not() {
 }
 
 #[test]
-fn an_edit_cuts_anew_and_makes_no_pipeline() {
+fn an_edit_splits_cells_again_and_makes_no_pipeline() {
     let Some(mut engine) = interp(|limits| limits) else {
         return;
     };

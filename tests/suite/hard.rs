@@ -17,6 +17,7 @@ use crate::corpus::{name, scenes};
 use measure::{Measured, Shot, measured, shots};
 use sdfc_runtime::engine::EngineKind;
 use sdfc_runtime::render::CellMode;
+use sdfc_trials::skip::is_gpu_skipped;
 use std::path::Path;
 
 /// Limits of the errors of a picture.
@@ -118,8 +119,7 @@ const DEVICE_SCENES: [&str; 8] = [
 
 #[test]
 fn pictures_of_devices_are_near_the_truth() {
-    if let Ok(reason) = std::env::var("SDFC_SKIP_GPU") {
-        eprintln!("skipped: no hard case is drawn on a device ({reason})");
+    if is_gpu_skipped() {
         return;
     }
     let mut failures = Vec::new();
@@ -136,7 +136,7 @@ fn pictures_of_devices_are_near_the_truth() {
 }
 
 #[test]
-fn every_case_says_what_it_holds_and_every_limit_has_a_case() {
+fn every_case_states_its_subject_and_every_limit_has_a_case() {
     let paths = scenes("tests/hard");
     for path in &paths {
         let text = std::fs::read_to_string(path).expect("it can be read");

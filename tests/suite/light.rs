@@ -108,7 +108,7 @@ fn a_tall_post_far_away_changes_no_penumbra() {
 /// Penumbras of wide lights depend only on surfaces, not on the fields that define them, alone or in a
 /// point map.
 #[test]
-fn wide_lights_see_no_fields() {
+fn wide_lights_depend_only_on_surfaces() {
     let scene = |light: &str, shape: &str| {
         format!(
             "camera {{ from: [2, 2.4, 3], look: [0, 0, 0], fov: 40deg }}\n\
@@ -323,7 +323,7 @@ fn wrongly_lit(solids: &[Solid], light: (DVec3, bool), size: f64, form: &str) ->
 
 /// Plates, beams and spheres of any thickness and at any distance from the ground that they shade.
 #[test]
-fn light_is_where_a_lamp_is_seen_and_nowhere_else() {
+fn points_are_lit_only_where_a_light_is_visible() {
     let sheet =
         |thickness: f64| Solid::Cuboid(DVec3::new(0.3, 1.0, -0.2), DVec3::new(0.9, thickness, 0.7));
     let post = Solid::Cuboid(DVec3::new(-1.2, 0.8, 0.9), DVec3::new(0.1, 0.8, 0.1));
@@ -398,7 +398,7 @@ fn closed_cases_keep_their_light() {
 
 /// A shadow depends on the sign changes of a field, not on its slope there or elsewhere.
 #[test]
-fn hard_shadows_of_steep_and_flat_fields_are_those_of_a_ball() {
+fn hard_shadows_of_steep_and_flat_fields_are_those_of_a_sphere() {
     let scene = |shape: &str| {
         format!(
             "camera {{ from: [2.6, 2.2, 3.6], look: [0, -0.1, 0], fov: 42deg }}\n\
@@ -427,7 +427,7 @@ fn hard_shadows_of_steep_and_flat_fields_are_those_of_a_ball() {
 /// A light 2.6 mm from a bar of 30 mm, 3 m above a floor: the near part of the floor lies entirely behind
 /// the bar.
 #[test]
-fn a_lamp_beside_its_holder_lights_no_floor_behind_it() {
+fn a_light_beside_its_holder_lights_no_floor_behind_it() {
     let text = |intensity: f64| {
         format!(
             "camera {{ from: [2.5, 1.2, 5.5], look: [0.5, 1.5, 0], fov: 45deg }}\n\

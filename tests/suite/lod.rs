@@ -12,6 +12,7 @@ use sdfc_runtime::engine::{EngineKind, SceneInput, open};
 use sdfc_runtime::render::{Image, RenderSettings, ResolvedLens};
 use sdfc_runtime::settings::{Overrides, resolve};
 use sdfc_shaders::assemble::SceneSource;
+use sdfc_trials::random::Random;
 use sdfc_vm::evaluate::evaluate;
 use sdfc_vm::program::Program;
 use sdfc_vm::vector::V3;
@@ -35,7 +36,7 @@ const SMALL: &str = "let pile = sphere(0.01) | box(0.02).translate(0.02, 0, 0).r
     | pile.translate(0, 2, 0) | union(sphere(0.3), sphere(0.3).translate(0.3, 0, 0), smooth: 0.1)\
     .translate(2, 0, 0)\n";
 
-fn of_text(text: &str) -> Scene {
+fn scene_from_text(text: &str) -> Scene {
     let mut sources = Sources::new();
     let file = sources.add("text", text.to_owned());
     let (scene, surface_points) = elaborate(&mut sources, file, &elaborate::Options::default());
@@ -102,13 +103,8 @@ fn surface(program: &Program, pair: &Pair, rays: u32) -> Vec<([f64; 3], f64)> {
     let from = DVec3::from(view.from);
     let middle = DVec3::from(view.look) - from;
     let length = middle.length();
-    let mut state = 0x9e37_79b9_7f4a_7c15_u64;
-    let mut random = || {
-        state ^= state << 13;
-        state ^= state >> 7;
-        state ^= state << 17;
-        (state >> 40) as f64 / f64::from(1 << 23) - 1.0
-    };
+    let mut random = Random::for_case("directions");
+    let mut random = || 2.0 * random.unit() - 1.0;
     let mut surface_points = Vec::new();
     for _ in 0..rays {
         let to = middle / length + 0.3 * DVec3::new(random(), random(), random());
@@ -172,13 +168,13 @@ fn surfaces_are_where_they_were_but_for_the_error() {
         }
     }
     assert!(replaced.len() >= 3, "{replaced:?}");
-    let clusters = pair(|| of_text(CLUSTERS), 1.0);
+    let clusters = pair(|| scene_from_text(CLUSTERS), 1.0);
     compare_surfaces("clusters", &clusters);
 }
 
 #[test]
 fn far_clusters_take_fewer_instructions() {
-    let pair = pair(|| of_text(CLUSTERS), 1.0);
+    let pair = pair(|| scene_from_text(CLUSTERS), 1.0);
     let length = |compiled: &Compiled| compiled.module.distance.code.len();
     let (full, simple) = (length(&pair.full), length(&pair.simple));
     assert!(3 * simple <= full, "{full} and {simple} instructions");
@@ -206,7 +202,7 @@ fn draw(compiled: &mut Compiled) -> Image {
 /// picture contains: edges and shading move by at most one pixel.
 #[test]
 fn pictures_differ_at_edges_only() {
-    let mut pair = pair(|| of_text(CLUSTERS), 1.0);
+    let mut pair = pair(|| scene_from_text(CLUSTERS), 1.0);
     let [a, b] = [&mut pair.full, &mut pair.simple].map(|compiled| draw(compiled).rgba8());
     let [width, height] = SIZE.map(|side| side as i64);
     let pixel = |of: &[u8], x: i64, y: i64| -> [u8; 3] {
@@ -234,8 +230,8 @@ fn pictures_differ_at_edges_only() {
 }
 
 #[test]
-fn what_it_does_is_shown() {
-    let pair = pair(|| of_text(SMALL), 1.0);
+fn the_dump_shows_omitted_detail() {
+    let pair = pair(|| scene_from_text(SMALL), 1.0);
     let notes = pair.simple.passes.iter().find(|pass| pass.name == "lod");
     let text = format!(
         "{SMALL}\n--- before\n{}\n--- after: {}\n{}",

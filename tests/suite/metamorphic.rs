@@ -21,6 +21,7 @@ use sdfc_compiler::passes::{PASSES, PassOptions};
 use sdfc_runtime::engine::{Engine, EngineKind, open};
 use sdfc_runtime::render::CellMode;
 use sdfc_trials::campaign::{self, CheckOutcome, Describe};
+use sdfc_trials::skip::is_gpu_skipped;
 use std::fmt::Write as _;
 
 /// Size of the pictures.
@@ -208,8 +209,7 @@ fn a_picture_depends_on_nothing_but_the_scene() {
 
 #[test]
 fn a_picture_does_not_depend_on_the_engine() {
-    if let Ok(reason) = std::env::var("SDFC_SKIP_GPU") {
-        eprintln!("skipped: random scenes are not drawn on devices ({reason})");
+    if is_gpu_skipped() {
         return;
     }
     let check = |RandomScene { head, body }: &RandomScene| {

@@ -3,6 +3,7 @@
 use crate::corpus::{compiled, compiled_text, name, on_large_stack, scenes};
 use sdfc_compiler::export::module_text;
 use sdfc_compiler::passes::{PASSES, Pass, PassEffect, PassOptions};
+use sdfc_trials::random::Random;
 use sdfc_vm::evaluate::evaluate;
 use sdfc_vm::lanes::{F32x64, LANES};
 use sdfc_vm::listing;
@@ -14,15 +15,8 @@ use std::path::Path;
 
 /// Returns points in and around a cube of three units; 64 blocks give 4,096.
 fn points(block: u64) -> [F32x64; 3] {
-    let mut state = block.wrapping_mul(0x9e37_79b9_7f4a_7c15) | 1;
-    std::array::from_fn(|_| {
-        F32x64(std::array::from_fn(|_| {
-            state ^= state << 13;
-            state ^= state >> 7;
-            state ^= state << 17;
-            ((state >> 40) as f32 / (1 << 23) as f32 - 1.0) * 3.0
-        }))
-    })
+    let mut random = Random::new(block);
+    std::array::from_fn(|_| F32x64(std::array::from_fn(|_| 6.0 * random.unit_f32() - 3.0)))
 }
 
 fn values(program: &Program) -> Vec<f32> {

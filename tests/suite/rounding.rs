@@ -6,6 +6,7 @@ use sdfc_compiler::compile::Compiled;
 use sdfc_compiler::passes::PassOptions;
 use sdfc_runtime::rounding::{Rounding, rounding};
 use sdfc_runtime::settings::{Overrides, resolve};
+use sdfc_trials::random::Random;
 use sdfc_vm::bounds::Bounds;
 use sdfc_vm::evaluate::evaluate;
 use sdfc_vm::interval::Interval;
@@ -13,22 +14,12 @@ use sdfc_vm::program::Program;
 use sdfc_vm::rounding::error_bound;
 use sdfc_vm::vector::V3;
 
-/// Seeded random numbers in [0, 1) (xorshift).
-struct Random(u64);
-
-impl Random {
-    fn unit(&mut self) -> f64 {
-        self.0 ^= self.0 << 13;
-        self.0 ^= self.0 >> 7;
-        self.0 ^= self.0 << 17;
-        (self.0 >> 11) as f64 / (1_u64 << 53) as f64
-    }
-    fn point(&mut self, within: &Bounds) -> [f32; 3] {
-        std::array::from_fn(|i| {
-            let (low, high) = (within.min[i].max(-20.0), within.max[i].min(20.0));
-            (low + (high - low) * self.unit()) as f32
-        })
-    }
+/// Returns a random point of a box, and at most 20 from each coordinate plane.
+fn random_point(random: &mut Random, within: &Bounds) -> [f32; 3] {
+    std::array::from_fn(|i| {
+        let (low, high) = (within.min[i].max(-20.0), within.max[i].min(20.0));
+        (low + (high - low) * random.unit()) as f32
+    })
 }
 
 fn double(program: &Program, p: [f32; 3]) -> f64 {
@@ -63,11 +54,11 @@ fn no_scene_is_off_by_more_than_its_bound() {
             let program = &compiled.module.distance;
             let space = compiled.module.settings.clip_bounds();
             let region = space.grown(0.1 * space.half_diagonal().min(20.0));
-            let mut random = Random(7919);
+            let mut random = Random::for_case(&name(&path));
             let points = (400_000 / program.code.len()).clamp(200, 3000);
             let (mut worst, mut max_bound, mut bounded_count) = (0.0_f64, 0.0_f64, 0);
             for _ in 0..points {
-                let p = random.point(&region);
+                let p = random_point(&mut random, &region);
                 let error_bound =
                     error_bound(program, p.map(|v| Interval::point(v.into())), [0.0; 3]);
                 let error = rounding_error(program, p);
@@ -104,7 +95,7 @@ fn no_scene_is_off_by_more_than_its_bound() {
 
 /// Surface points are found by bisection between points inside and outside.
 #[test]
-fn no_surface_is_off_by_more_than_is_told() {
+fn no_surface_is_off_by_more_than_is_reported() {
     let mut settled_count = 0;
     for path in scenes("tests/scenes").iter().chain(&scenes("examples")) {
         let mut compiled = on_large_stack(|| compiled(path, PassOptions::default()));
@@ -124,9 +115,9 @@ fn no_surface_is_off_by_more_than_is_told() {
             min: [space.min[0], space.min[1], space.min[2].max(-20.0)],
             max: [space.max[0], space.max[1], space.max[2].min(20.0)],
         };
-        let mut random = Random(104_729);
+        let mut random = Random::for_case(&name(path));
         let sides: Vec<_> = (0..200)
-            .map(|_| random.point(&space))
+            .map(|_| random_point(&mut random, &space))
             .map(|p| (double(program, p), p))
             .collect();
         let (inside, outside): (Vec<_>, Vec<_>) = sides.into_iter().partition(|(d, _)| *d < 0.0);
@@ -169,9 +160,9 @@ fn chains_of_blends_are_off_by_little() {
     let visible = rounding.visible.expect("it is seen");
     assert!(visible.largest_found < 0.1, "{visible:?}");
     let program = &compiled.module.distance;
-    let mut random = Random(7_919);
+    let mut random = Random::for_case("chain");
     for _ in 0..200 {
-        let p = random.point(compiled.module.settings.clip_bounds());
+        let p = random_point(&mut random, compiled.module.settings.clip_bounds());
         let point_box = p.map(|x| Interval::point(x.into()));
         let bound = error_bound(program, point_box, [0.0; 3]).error;
         let error = rounding_error(program, p);
@@ -185,7 +176,7 @@ fn chains_of_blends_are_off_by_little() {
 /// Rounding is reported in pixels: detail of 1e-4 at 1e4 from the origin cannot be drawn. The same detail
 /// near the origin can, as can a shape as large as its distance.
 #[test]
-fn what_rounding_hides_is_told() {
+fn detail_hidden_by_rounding_is_reported() {
     let pixels = |text: &str| {
         let mut compiled = compiled_text(text, PassOptions::default());
         let visible = report(&mut compiled).visible.expect("it is seen");

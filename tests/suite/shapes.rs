@@ -8,6 +8,7 @@ use sdfc_runtime::engine::{Engine, EngineKind, open};
 use sdfc_runtime::render::CellMode;
 use sdfc_trials::random::Random;
 use sdfc_trials::shapes::finite_solid;
+use sdfc_trials::skip::is_gpu_skipped;
 use sdfc_vm::row::Category;
 use sdfc_vm::table::{ROWS, Row};
 
@@ -124,8 +125,7 @@ fn the_cpu_draws_every_shape_alike_with_and_without_passes_and_cells() {
 /// its shapes is drawn alone.
 #[test]
 fn every_engine_draws_every_shape_alike() {
-    if let Ok(reason) = std::env::var("SDFC_SKIP_GPU") {
-        eprintln!("skipped: only the CPU draws the shapes ({reason})");
+    if is_gpu_skipped() {
         return;
     }
     let open = |kind| open(kind).unwrap_or_else(|error| panic!("{kind}: {error}"));

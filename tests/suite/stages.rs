@@ -52,7 +52,7 @@ fn compiling_twice_gives_the_same_bytes() {
 }
 
 #[test]
-fn bytecode_files_hold_the_whole_module() {
+fn bytecode_files_hold_the_complete_module() {
     for path in scenes("tests/scenes").iter().chain(&scenes("examples")) {
         on_large_stack(|| {
             let compiled = compiled(path, PassOptions::default());

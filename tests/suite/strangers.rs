@@ -16,6 +16,7 @@ use sdfc_runtime::render::{CellMode, Image, RenderSettings, Status};
 use sdfc_runtime::settings::{Overrides, resolve};
 use sdfc_shaders::assemble::SceneSource;
 use sdfc_trials::oracle::{Oracle, TraceOutcome};
+use sdfc_trials::skip::is_gpu_skipped;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
@@ -357,17 +358,14 @@ fn examine(path: &Path, engines: &mut [Box<dyn Engine>], max_steps: u64) -> Stri
 }
 
 #[test]
-fn strangers_see_what_is_there() {
+fn stranger_scenes_show_the_hits_of_the_oracle() {
     let mut cases = cases();
     if let Ok(wanted) = std::env::var("SDFC_ONLY") {
         cases.retain(|path| path.to_string_lossy().contains(&wanted));
     }
     let is_long = std::env::var_os("SDFC_LONG").is_some();
     let max_steps = MAX_ORACLE_STEPS * if is_long { LONG_FACTOR } else { 1 };
-    let has_gpu = std::env::var_os("SDFC_SKIP_GPU").is_none();
-    if !has_gpu {
-        eprintln!("skipped: strangers on devices, as SDFC_SKIP_GPU asks");
-    }
+    let has_gpu = !is_gpu_skipped();
     let next = AtomicUsize::new(0);
     let reports: Vec<String> = std::thread::scope(|threads| {
         let work = || {

@@ -21,6 +21,7 @@ use sdfc_runtime::render::{CellMode, Image, Mode, RenderSettings};
 use sdfc_runtime::settings::{Overrides, resolve};
 use sdfc_runtime::verify::{BitDifferences, Report, verify_with};
 use sdfc_shaders::assemble::SceneSource;
+use sdfc_trials::skip::is_gpu_skipped;
 use std::process::Command;
 
 /// Environment variable with the file of another Vulkan driver.
@@ -33,8 +34,7 @@ fn is_long() -> bool {
 
 /// Opens the engines on a device with strict or fast arithmetic; `None` if GPU tests are skipped.
 fn engines(arithmetic: Arithmetic) -> Option<Vec<Box<dyn Engine>>> {
-    if let Ok(reason) = std::env::var("SDFC_SKIP_GPU") {
-        eprintln!("skipped: engines are not compared ({reason})");
+    if is_gpu_skipped() {
         return None;
     }
     let open = |kind: EngineKind| {
@@ -149,7 +149,7 @@ fn have_the_same_bits(arithmetic: Arithmetic, is_selected: impl Fn(&str) -> bool
 /// Without strict arithmetic, bits differ on the known devices; otherwise these tests would prove
 /// nothing. A device without differences passes too.
 #[test]
-fn what_is_not_strict_is_seen() {
+fn fast_arithmetic_differs_in_bits() {
     let Some(mut engines) = engines(Arithmetic::Default) else {
         return;
     };
@@ -222,8 +222,7 @@ fn keep_every_bit(arithmetic: Arithmetic, names: &[&str]) {
 /// Runs all other tests of strict arithmetic on the driver that the variable names.
 #[test]
 fn a_second_device_gives_the_same_bits() {
-    if std::env::var("SDFC_SKIP_GPU").is_ok() {
-        eprintln!("skipped: GPU tests are");
+    if is_gpu_skipped() {
         return;
     }
     let Ok(driver) = std::env::var(SECOND_DEVICE) else {

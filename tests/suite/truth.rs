@@ -9,6 +9,7 @@ use sdfc_runtime::reference::{TraceOptions, compare, trace};
 use sdfc_runtime::render::{CellMode, Mode, RenderSettings};
 use sdfc_runtime::settings::{Overrides, resolve};
 use sdfc_shaders::assemble::SceneSource;
+use sdfc_trials::skip::is_gpu_skipped;
 use std::path::Path;
 
 /// Scenes with blends, repetition, a raw field and a landscape.
@@ -26,10 +27,7 @@ const MAX_UNDECIDED_PERCENT: f64 = 1.0;
 
 #[test]
 fn pictures_of_all_engines_are_near_the_truth() {
-    let skipped = std::env::var("SDFC_SKIP_GPU").ok();
-    if let Some(reason) = &skipped {
-        eprintln!("skipped: only the CPU is measured ({reason})");
-    }
+    let is_gpu_skipped = is_gpu_skipped();
     let mut wrong = Vec::new();
     for name in SCENES {
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(name);
@@ -57,7 +55,7 @@ fn pictures_of_all_engines_are_near_the_truth() {
             },
         };
         for kind in EngineKind::FAST {
-            if kind != EngineKind::Cpu && skipped.is_some() {
+            if kind != EngineKind::Cpu && is_gpu_skipped {
                 continue;
             }
             let mut engine = open(kind).unwrap_or_else(|error| panic!("{kind}: {error}"));

@@ -19,3 +19,4 @@ pub mod random;
 pub mod scenes;
 pub mod seeds;
 pub mod shapes;
+pub mod skip;

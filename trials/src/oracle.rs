@@ -24,7 +24,9 @@ mod span;
 mod trace;
 mod tree;
 
-use point::{Point, max_coordinate};
+pub use build::children;
+use point::max_coordinate;
+pub use point::{Point, norm, point_along};
 use sdfc_compiler::scene::{MaterialId, Scene, ShapeId};
 use sdfc_vm::table::Op;
 pub use trace::TraceOutcome;

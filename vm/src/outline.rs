@@ -105,7 +105,7 @@ mod tests {
     }
 
     #[test]
-    fn the_outline_of_a_box_is_exact_and_that_of_a_ball_is_close() {
+    fn the_outline_of_a_box_is_exact_and_that_of_a_sphere_is_close() {
         let bounds = Bounds {
             min: [-1.0, 0.5, 2.0],
             max: [3.0, 0.75, 9.0],

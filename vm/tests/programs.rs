@@ -115,7 +115,7 @@ fn with_guard(skips: u32, behind: &[Instruction]) -> Program {
 }
 
 /// A sphere that is blended into the value below it.
-fn blended_ball() -> Instruction {
+fn blended_sphere() -> Instruction {
     Instruction {
         destination: Destination::Blend {
             kernel: BlendKernel::Hard,
@@ -127,7 +127,7 @@ fn blended_ball() -> Instruction {
 
 #[test]
 fn guards_of_blends_are_accepted() {
-    let ball = blended_ball();
+    let ball = blended_sphere();
     let inner = Instruction {
         skips: 1,
         ..Instruction::new(Code::Guard)
@@ -145,7 +145,7 @@ fn guards_of_blends_are_accepted() {
 #[test]
 fn guards_that_skip_more_than_blends_are_refused() {
     let op = |op| Instruction::new(Code::Op(op));
-    let ball = blended_ball();
+    let ball = blended_sphere();
     let slot = |code| Instruction::new(code);
     let guard = |skips| Instruction {
         skips,
@@ -217,7 +217,7 @@ fn guards_that_skip_more_than_blends_are_refused() {
 
 #[test]
 fn guards_stay_between_channels_and_materials_of_their_own() {
-    let ball = blended_ball();
+    let ball = blended_sphere();
     let constant = Instruction::new(Code::Op(Op::Constant));
     let channel = Instruction::new(Code::Channel);
     let mut left = with_guard(3, &[constant, channel, ball]);

@@ -134,7 +134,7 @@ mod tests {
     const ROOT: f64 = std::f64::consts::SQRT_2;
 
     #[test]
-    fn a_turn_keeps_what_is_known_in_a_straight_line() {
+    fn a_rotation_keeps_the_slack_of_euclidean_distances() {
         let h = 1.0 / ROOT;
         let rows = [[h, -h, 0.0, 2.0], [h, h, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0]];
         let cube = Bounds::centred([1.0; 3]);
@@ -163,7 +163,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_common_spreads_as_those_do_that_bound_it() {
+    fn the_slack_of_an_intersection_is_that_of_the_operands_that_bound_it() {
         let unknown = (Bounds::centred([2.0, 1.0, 2.0]), DistanceSlack::UNKNOWN);
         let ball = (Bounds::centred([1.0; 3]), DistanceSlack::NONE);
         assert_eq!(

@@ -391,7 +391,7 @@ mod tests {
     }
 
     #[test]
-    fn a_ball_ends_at_its_radius() {
+    fn a_sphere_ends_at_its_radius() {
         let found = extent_of(|e, p| {
             let squares = p.map(|c| e.call(Op::Square, &[c]));
             let radius = e.constant(-4.0);
@@ -422,7 +422,7 @@ mod tests {
     }
 
     #[test]
-    fn what_has_no_end_is_said_to_have_none() {
+    fn endless_fields_are_reported_as_endless() {
         let ground = extent_of(|_, p| p[1]);
         assert_eq!(ground.min, [f64::NEG_INFINITY; 3]);
         assert!(ground.max[1].abs() < 1e-3 && ground.max[0].is_infinite());
@@ -436,7 +436,7 @@ mod tests {
 
     /// A hill that falls forever grows ever wider, beyond the searched cube.
     #[test]
-    fn what_has_no_end_along_one_axis_grows_along_the_others() {
+    fn fields_endless_along_one_axis_grow_along_the_others() {
         let hill = extent_of(|e, p| {
             let [x, _, z] = p.map(|c| e.call(Op::Square, &[c]));
             let factor = e.constant(0.02);
@@ -460,7 +460,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_positive_everywhere_has_no_extent() {
+    fn positive_fields_have_no_extent() {
         let sheet = extent_of(|e, p| {
             let away = e.call(Op::Abs, &[p[1]]);
             let one = e.constant(1.0);

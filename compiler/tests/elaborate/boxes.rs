@@ -188,7 +188,7 @@ fn copies_of_what_moves_are_where_they_would_be_one_by_one() {
 
 /// A shape that depends on a parameter or the time has a box for each of their values, but none for all.
 #[test]
-fn a_box_is_known_at_the_present_values() {
+fn a_box_is_computed_at_the_current_values() {
     let text = "param r = 0.3 in 0.1..=0.5;\nsphere(r).translate(sin(time * 1rad / 1s), 0, 0)";
     let at = |r: &str, time| {
         let scene = crate::scene_with(text, &[("r", r)]);

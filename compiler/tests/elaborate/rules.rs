@@ -135,7 +135,7 @@ fn solids_stand_along_the_axis_that_points_up() {
 }
 
 #[test]
-fn transforms_do_what_they_say() {
+fn transforms_move_points_by_their_arguments() {
     assert_box(
         "box(2).translate(1, 2, 3)",
         [0.0, 1.0, 2.0],
@@ -283,7 +283,8 @@ fn every_operand_stands_before_what_uses_it() {
     assert!(!dump(&s).contains("_b"), "what nothing uses is left out");
 }
 
-/// A small generator of reproducible random numbers (xorshift).
+/// A small generator of reproducible random numbers (xorshift). The one of `sdfc-trials` is not used here, because
+/// that crate depends on this one.
 struct Random(u64);
 
 impl Random {

@@ -13,7 +13,7 @@ fn warns_of_seam(text: &str) -> bool {
 }
 
 #[test]
-fn seams_that_show_are_told() {
+fn visible_seams_are_reported() {
     for text in [
         // A cone on a cylinder.
         "(cylinder(r: 1, h: 1) | cone(r1: 1, r2: 0.5, h: 1).translate(0, 1, 0)).shell(0.2)",
@@ -34,7 +34,7 @@ fn seams_that_show_are_told() {
 }
 
 #[test]
-fn what_is_whole_is_passed_in_silence() {
+fn shapes_without_visible_seams_are_not_reported() {
     for text in [
         // Flush parts are extended.
         "(box(1) | box(1).translate(1, 0, 0)).shell(0.2)",

@@ -169,7 +169,7 @@ mod tests {
     }
 
     #[test]
-    fn what_cannot_be_read_says_why() {
+    fn unreadable_files_are_reported_with_the_reason() {
         let folder = tempfile::tempdir().unwrap();
         assert_eq!(Disk.read(folder.path()).unwrap_err(), "it is a folder");
         let missing = Disk.read(&folder.path().join("none")).unwrap_err();

@@ -50,7 +50,7 @@ fn scenes_look_like_this() {
 }
 
 #[test]
-fn what_is_long_is_broken_and_comments_stay() {
+fn long_lines_are_broken_and_comments_stay() {
     let text = "// the head\n\n\nfn f( a,b=[1,2] ) { // opens
   let x=a+b; // x
 

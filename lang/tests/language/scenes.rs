@@ -24,7 +24,7 @@ fn scenes_have_these_trees() {
 }
 
 #[test]
-fn only_mixed_precedence_is_said_about_them() {
+fn only_mixed_precedence_is_reported_for_scenes() {
     for (name, text) in SCENES {
         let (_, messages) = parse_and_render(text);
         let codes: Vec<_> = messages.lines().filter(|line| line.contains('[')).collect();

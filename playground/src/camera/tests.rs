@@ -78,7 +78,7 @@ fn a_view_stays_the_very_same_until_it_is_moved() {
 }
 
 #[test]
-fn what_is_under_a_place_is_seen_there() {
+fn the_point_under_a_pixel_is_visible_there() {
     for camera in cameras().into_iter().chain([plane()]) {
         for ndc in NDC_POINTS {
             for depth in [None, Some(0.3), Some(20.0), Some(f64::INFINITY)] {
@@ -98,7 +98,7 @@ fn what_is_under_a_place_is_seen_there() {
 }
 
 #[test]
-fn orbits_keep_the_distance_and_what_is_looked_at() {
+fn orbits_keep_the_distance_and_the_target() {
     for mut camera in cameras() {
         let (distance, look) = (camera.distance(), camera.view().look);
         for i in 0..500 {
@@ -121,7 +121,7 @@ fn an_orbit_all_around_ends_where_it_began() {
 }
 
 #[test]
-fn orbits_go_where_they_should() {
+fn orbits_place_the_camera_by_their_angles() {
     let mut camera = OrbitCamera::new(
         view([0.5, 0.25, 4.0], ResolvedLens::Perspective(0.7)),
         false,
@@ -371,7 +371,7 @@ fn the_other_lens_keeps_the_size_of_what_is_in_focus() {
 }
 
 #[test]
-fn plane_figures_only_pan_and_zoom() {
+fn views_of_2d_shapes_only_pan_and_zoom() {
     let mut camera = plane();
     let previous = camera.view();
     camera.orbit(0.5, 0.5);
@@ -454,7 +454,7 @@ fn a_camera_pasted_into_a_scene_gives_its_view() {
 }
 
 #[test]
-fn plane_figures_are_copied_too() {
+fn cameras_of_2d_shapes_are_copied_too() {
     let mut camera = plane();
     camera.pan([0.123, 0.456], None, ASPECT);
     zoom_at(&mut camera, 0.0321, [0.2, 0.7]);

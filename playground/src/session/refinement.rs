@@ -124,7 +124,7 @@ mod tests {
     const DEFAULT_SIZE: [u32; 2] = [640, 360];
 
     #[test]
-    fn what_is_fast_is_drawn_in_full_at_once() {
+    fn fast_scenes_are_drawn_in_full_at_once() {
         let mut ray_cost = RayCost::default();
         ray_cost.observe(640 * 360, Duration::from_millis(20));
         assert_eq!(
@@ -140,7 +140,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_slow_is_coarse_while_it_moves_and_refined_at_rest() {
+    fn slow_scenes_are_coarse_in_motion_and_refined_at_rest() {
         let mut ray_cost = RayCost::default();
         ray_cost.observe(640 * 360, Duration::from_millis(400));
         let first_stage = ray_cost.next_stage(None, DEFAULT_SIZE, 2, true).unwrap();

@@ -162,7 +162,7 @@ mod tests {
     use eframe::egui::pos2;
 
     #[test]
-    fn a_space_lies_on_whole_pixels() {
+    fn a_space_lies_on_integer_pixels() {
         let space = Rect::from_min_max(pos2(10.3, 20.6), pos2(110.1, 80.2));
         let (rect, size) = snap_to_pixels(space, 2.0);
         assert_eq!(size, [199, 119]);

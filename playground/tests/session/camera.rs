@@ -20,7 +20,7 @@ fn orbit() -> Event {
 }
 
 #[test]
-fn it_turns_stays_turned_over_an_edit_and_goes_back() {
+fn a_camera_turns_stays_turned_over_an_edit_and_goes_back() {
     let mut harness = Harness::new(SCENE);
     harness.run_to_rest();
     let previous = harness.picture_bytes();
@@ -76,7 +76,7 @@ fn every_way_to_move_it_is_a_new_picture() {
 }
 
 #[test]
-fn what_is_slow_is_coarse_while_it_turns_and_refined_when_it_rests() {
+fn slow_scenes_are_coarse_while_turning_and_refined_at_rest() {
     let mut harness = Harness::new(SCENE);
     // A picture at full resolution takes 50 ms.
     harness.set_frame_time(EngineKind::Cpu, Duration::from_millis(50));
@@ -165,7 +165,7 @@ fn assert_near(a: [f64; 2], b: [f64; 2]) {
 }
 
 #[test]
-fn what_is_dragged_stays_under_the_cursor_while_no_picture_comes() {
+fn a_dragged_point_stays_under_the_cursor_until_the_next_picture() {
     let mut harness = Harness::new(DEEP_SCENE);
     harness.run_to_rest();
     let point = point_on_sphere(&harness);
@@ -193,7 +193,7 @@ fn what_is_dragged_stays_under_the_cursor_while_no_picture_comes() {
 }
 
 #[test]
-fn what_is_zoomed_to_stays_under_the_cursor_while_no_picture_comes() {
+fn a_point_zoomed_to_stays_under_the_cursor_until_the_next_picture() {
     let mut harness = Harness::new(DEEP_SCENE);
     harness.run_to_rest();
     let point = point_on_sphere(&harness);

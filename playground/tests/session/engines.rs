@@ -75,7 +75,7 @@ fn the_interpreter_draws_until_generated_code_is_ready_and_again_after_an_edit()
 }
 
 #[test]
-fn generated_code_that_is_slower_does_not_take_over_unless_it_is_asked_for() {
+fn slower_generated_code_takes_over_only_if_requested() {
     let mut harness = with_ray_times(5, 20, HARDWARE);
     harness.run_to_rest();
     harness.handle(Event::Resized([40, 30]));
@@ -103,7 +103,7 @@ fn another_mode_is_prepared_too() {
 }
 
 #[test]
-fn without_hardware_the_cpu_draws_and_others_when_asked() {
+fn without_hardware_the_cpu_draws_and_others_if_requested() {
     let mut harness = with_ray_times(5, 5, SOFTWARE);
     let requested = harness.run_to_rest();
     assert_eq!(drawers(&requested)[0], EngineKind::Cpu);
@@ -281,7 +281,7 @@ fn generated_code_is_made_ready_while_an_animation_plays() {
 }
 
 #[test]
-fn what_fails_on_the_cpu_is_told_and_not_tried_for_ever() {
+fn failures_of_the_cpu_are_reported_and_not_retried_for_ever() {
     let mut harness = Harness::new(SCENE);
     run_except(&mut harness, |harness, task| match task {
         Task::Draw(task) => {

@@ -11,7 +11,7 @@ const BOX: &str = "box(1)\n";
 const BROKEN: &str = "sphere(1\n";
 
 #[test]
-fn it_opens_draws_and_rests() {
+fn a_session_opens_draws_and_rests() {
     let mut harness = Harness::new(SPHERE);
     let requested = harness.run_to_rest();
     assert_eq!(requested[0], TaskKind::Build);
@@ -76,7 +76,7 @@ fn edits_while_one_is_built_end_in_the_last_one() {
 }
 
 #[test]
-fn a_broken_scene_leaves_the_picture_and_says_what_check_says() {
+fn a_broken_scene_leaves_the_picture_and_reports_as_check_does() {
     let mut harness = Harness::new(SPHERE);
     harness.run_to_rest();
     let previous = harness.picture_bytes();

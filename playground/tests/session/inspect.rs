@@ -82,7 +82,7 @@ fn only_a_plane_that_is_moved_is_a_movement() {
 }
 
 #[test]
-fn a_pixel_tells_the_line_that_made_it() {
+fn a_pixel_reports_the_line_that_made_it() {
     let mut harness = Harness::new(SCENE);
     harness.run_to_rest();
     for (place, line, text) in [(LEFT, 2, "sphere(1)"), (RIGHT, 3, "box(0.8)")] {

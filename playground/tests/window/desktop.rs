@@ -41,8 +41,8 @@ impl Desktop {
             .spawn()
             .unwrap_or_else(|error| {
                 panic!(
-                    "Xvfb cannot be started: {error}; install xvfb and xdotool, or say with \
-                     SDFC_SKIP_WINDOW why the window is not tried"
+                    "Xvfb cannot be started: {error}; install xvfb and xdotool, or state with \
+                     SDFC_SKIP_WINDOW why the window is not tested"
                 )
             });
         let mut number = String::new();

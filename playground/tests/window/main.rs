@@ -17,6 +17,7 @@ use sdfc_playground::renderer::EngineOpener;
 use sdfc_playground::session::{Devices, Session};
 use sdfc_playground::window::{WindowServices, open};
 use sdfc_runtime::engine;
+use sdfc_trials::skip::is_window_skipped;
 use std::fs;
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -40,16 +41,6 @@ fn the_window_itself() {
     };
     let session = Session::new(SceneOrigin::File(path.into()), Devices::default());
     open(session, services).expect("a window");
-}
-
-/// Reports whether the tests are skipped, and prints the reason.
-fn skipped() -> bool {
-    let variables = ["SDFC_SKIP_WINDOW", "SDFC_SKIP_GPU"];
-    let reason = variables.iter().find_map(|name| std::env::var(name).ok());
-    if let Some(reason) = &reason {
-        eprintln!("skipped: {reason}");
-    }
-    reason.is_some()
 }
 
 /// A scene in its own temporary folder.
@@ -146,7 +137,7 @@ fn opened<'d>(desktop: &'d Desktop, scene: &SceneFolder) -> Window<'d> {
 
 #[test]
 fn a_scene_is_followed_while_it_is_edited_broken_and_mended() {
-    if skipped() {
+    if is_window_skipped() {
         return;
     }
     let desktop = Desktop::start();
@@ -191,7 +182,7 @@ fn a_scene_is_followed_while_it_is_edited_broken_and_mended() {
 
 #[test]
 fn sliders_mouse_and_keys_change_the_picture() {
-    if skipped() {
+    if is_window_skipped() {
         return;
     }
     let desktop = Desktop::start();
@@ -302,7 +293,7 @@ fn a_thousand_edits_hold_memory_and_file_handles() {
     let Some(edits) = std::env::var("SDFC_SOAK").ok() else {
         return;
     };
-    if skipped() {
+    if is_window_skipped() {
         return;
     }
     let edits: usize = edits.parse().expect("SDFC_SOAK is a number of edits");

@@ -304,7 +304,7 @@ mod tests {
     }
 
     #[test]
-    fn what_differs_at_an_edge_is_counted_and_forgiven() {
+    fn differences_at_edges_are_counted_and_accepted() {
         let reference = wall();
         let edges = Edges::new(&reference);
         let mut image = reference.clone();
@@ -331,7 +331,7 @@ mod tests {
     }
 
     #[test]
-    fn what_differs_elsewhere_fails() {
+    fn differences_elsewhere_fail() {
         let reference = wall();
         let edges = Edges::new(&reference);
         let mut image = reference.clone();

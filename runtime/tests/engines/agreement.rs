@@ -96,7 +96,7 @@ fn from_inside_of_solids() {
 
 /// A point light between a surface and a wall behind the light: shadow rays end at the light.
 #[test]
-fn walls_behind_lamps_cast_no_shadow() {
+fn walls_behind_lights_cast_no_shadow() {
     let mut scene = module(
         "cuboid [1.5, 0.1, 1.5]  moved [0.0, 1.0, 0.0]
         cuboid [1.5, 1.5, 0.1]  moved [0.0, 0.0, 1.0]  blend hard [1.0, 1.0, 0.0, 0.0]",
@@ -267,7 +267,7 @@ fn every_mode_and_every_way_to_find_normals() {
 }
 
 #[test]
-fn figures_in_the_plane() {
+fn shapes_in_the_plane() {
     let mut scene = module(
         "circle [0.8]
          rect [0.5, 0.3]  moved [-0.7, -0.4, 0.0]  blend quadratic [1.0, 1.0, 0.3, 0.8333333]",

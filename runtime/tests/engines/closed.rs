@@ -1,6 +1,7 @@
 //! First roots of rays by closed forms in `f64`. Each solid is the set where certain polynomials in `t` are
 //! negative; their roots are isolated between those of their derivatives, by sign.
 
+use glam::DVec3;
 use sdfc_runtime::reference::ReferenceRay;
 
 type Point = [f64; 3];
@@ -41,7 +42,7 @@ pub(crate) trait Solid {
 }
 
 fn dot(a: Point, b: Point) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+    DVec3::from(a).dot(b.into())
 }
 
 /// The value of a polynomial; the coefficients begin with the constant.

@@ -73,7 +73,7 @@ fn a_device_that_is_lost_in_the_middle_of_a_picture() {
 }
 
 #[test]
-fn a_device_that_does_not_answer_in_time() {
+fn a_device_that_does_not_respond_in_time() {
     let Some(mut gpu) = gpu() else { return };
     gpu.timeout = Duration::ZERO;
     let engine = open_on(EngineKind::Interp, gpu);

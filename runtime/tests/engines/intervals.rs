@@ -21,17 +21,12 @@ const POINTS: usize = 8;
 /// Numbers per point: its coordinates and three operands.
 const NUMBERS: usize = 6;
 
-/// A number from 0 to 1, excluding 1.
-fn unit(random: &mut Random) -> f32 {
-    (random.bits() >> 40) as f32 / (1 << 24) as f32
-}
-
 /// A number between two others, often one of them.
 fn within(random: &mut Random, [low, high]: [f32; 2]) -> f32 {
     let fraction = match random.below(8) {
         0 => low,
         1 => high,
-        _ => low + (high - low) * unit(random),
+        _ => low + (high - low) * random.unit_f32(),
     };
     fraction.clamp(low, high)
 }
@@ -46,20 +41,20 @@ struct BoxSample {
 fn samples(seed: u64, far: bool) -> Vec<BoxSample> {
     let mut random = Random::new(seed);
     let sample = |_| {
-        let size = [1e-4, 0.01, 0.1, 1.0][(unit(&mut random) * 4.0) as usize];
+        let size = [1e-4, 0.01, 0.1, 1.0][(random.unit_f32() * 4.0) as usize];
         let ends = std::array::from_fn(|_| {
-            if far && unit(&mut random) < 0.5 {
+            if far && random.unit_f32() < 0.5 {
                 let mut end = || {
-                    let magnitude = 10_f32.powf(unit(&mut random) * 60.0 - 30.0);
-                    magnitude * if unit(&mut random) < 0.5 { 1.0 } else { -1.0 }
+                    let magnitude = 10_f32.powf(random.unit_f32() * 60.0 - 30.0);
+                    magnitude * if random.unit_f32() < 0.5 { 1.0 } else { -1.0 }
                 };
                 let (a, b) = (end(), end());
                 return [a.min(b), a.max(b)];
             }
             // Often near zero and other values with discontinuities.
-            let scale = if unit(&mut random) < 0.25 { size } else { 1.0 };
-            let middle = (unit(&mut random) * 3.0 - 1.5) * scale;
-            let half = size * unit(&mut random);
+            let scale = if random.unit_f32() < 0.25 { size } else { 1.0 };
+            let middle = (random.unit_f32() * 3.0 - 1.5) * scale;
+            let half = size * random.unit_f32();
             [middle - half, middle + half]
         });
         let points = std::array::from_fn(|_| ends.map(|ends| within(&mut random, ends)));

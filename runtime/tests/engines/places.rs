@@ -37,7 +37,7 @@ fn within(region: &Aabb) -> [[f32; 3]; 9] {
 }
 
 #[test]
-fn parts_of_space_are_whole_and_apart() {
+fn parts_contain_their_points_and_do_not_overlap() {
     let module = module(EVERYTHING, None);
     let settings = RenderSettings {
         cells: CellMode::Always,
@@ -100,7 +100,7 @@ fn a_picture_without_cells_has_no_parts() {
 }
 
 #[test]
-fn rounding_at_a_point_is_bounded_and_told_in_pixels() {
+fn rounding_at_a_point_is_bounded_and_reported_in_pixels() {
     let module = module(EVERYTHING, None);
     let settings = drawn(&module, &[]);
     let mut engine = cpu();

@@ -103,7 +103,7 @@ fn check_all(listing: &str, solid: &dyn Solid) {
 }
 
 #[test]
-fn balls() {
+fn spheres() {
     check_all("sphere [0.75]", &closed::Sphere { r: 0.75 });
 }
 
@@ -196,7 +196,7 @@ fn rays_that_touch_are_no_hits_and_those_beside_are_decided() {
 }
 
 #[test]
-fn far_ends_the_way_and_the_start_is_told() {
+fn rays_end_at_far_and_a_start_on_a_surface_is_inside() {
     let ball = |far| trace_one("sphere [0.5]", [0.0, 0.0, -2.0], [0.0, 0.0, 1.0], far);
     assert!(is_hit_at(&ball(1.500_01), 1.5));
     assert_eq!(ball(1.499_999).outcome, Outcome::Miss);
@@ -222,7 +222,7 @@ fn a_jump_across_zero_is_a_surface_and_others_are_passed() {
 }
 
 #[test]
-fn repeated_boxes_are_found_across_all_seams() {
+fn repeated_boxes_are_found_across_all_cells() {
     // A cell evaluates only its own copy, so the field is discontinuous at every cell boundary.
     let listing = "repeat [2.0, 0.0, 2.0, 0.0, 0.5, 0.0, 0.5]\n cuboid [0.5, 1.0, 0.25]";
     let module = module(listing, None);
@@ -239,7 +239,7 @@ fn repeated_boxes_are_found_across_all_seams() {
 }
 
 #[test]
-fn a_ray_that_needs_too_much_says_so() {
+fn a_ray_beyond_its_limit_is_undecided() {
     let field = ReferenceField::from_module(&module("gyroid [40.0, 0.5, 0.01]", None));
     let options = TraceOptions {
         evaluations: 5,
@@ -260,7 +260,7 @@ fn a_ray_that_needs_too_much_says_so() {
 }
 
 #[test]
-fn edges_have_no_normal_and_their_neighbours_are_told() {
+fn hits_near_edges_are_marked_and_apexes_have_no_normal() {
     let hit = |y: f64| {
         trace_one(
             "cuboid [0.5, 0.5, 0.5]",
@@ -355,7 +355,7 @@ fn cpu_errors(module: &Module, settings: &RenderSettings, truth: &GroundTruth) -
 }
 
 #[test]
-fn a_field_that_says_too_much_is_caught() {
+fn a_field_with_too_large_values_is_detected() {
     // A thin wall with three times its distance: rays step through it.
     let wall = |factor: &str| {
         let listing = format!("cuboid [1.5, 1.5, 0.02]\n mul  right [{factor}]");

@@ -5,6 +5,7 @@ use sdfc_runtime::gpu::{AdapterPreference, Gpu};
 use sdfc_runtime::render::RenderSettings;
 use sdfc_runtime::settings::{Overrides, resolve};
 use sdfc_shaders::assemble::SceneSource;
+use sdfc_trials::skip::is_gpu_skipped;
 use sdfc_vm::bounds::Bounds;
 use sdfc_vm::listing::parse;
 use sdfc_vm::program::{Module, Program};
@@ -17,8 +18,7 @@ use sdfc_vm::verify::verify;
 
 /// The device for GPU tests. Only a stated reason excuses a missing one.
 pub(crate) fn gpu() -> Option<Gpu> {
-    if let Ok(reason) = std::env::var("SDFC_SKIP_GPU") {
-        eprintln!("skipped: {reason}");
+    if is_gpu_skipped() {
         return None;
     }
     match Gpu::open(AdapterPreference::Any) {

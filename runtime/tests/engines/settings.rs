@@ -92,7 +92,7 @@ fn cameras_are_found_by_name() {
 }
 
 #[test]
-fn what_cannot_be_drawn_says_what_and_how_much_is_allowed() {
+fn impossible_settings_are_reported_with_their_limits() {
     let module = sphere_module();
     let size = |size| Overrides {
         size: Some(size),
@@ -172,7 +172,7 @@ fn conditions_of_the_scene_are_held() {
 }
 
 #[test]
-fn a_figure_in_the_plane_is_seen_face_on_and_whole() {
+fn a_2d_shape_is_framed_face_on_and_completely() {
     let mut module = module("circle [0.8]", None);
     module.settings.is_plane = true;
     module.settings.bounds = Bounds {

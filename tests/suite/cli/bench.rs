@@ -145,7 +145,7 @@ fn fronts_are_fronts() {
 
 /// Plain steps are at least as many as relaxed ones, and each row has the knob that it names.
 #[test]
-fn knobs_reach_the_march() {
+fn settings_reach_the_march() {
     let sandbox = Sandbox::with_scene(SCENE);
     let report = bench(&sandbox, "--json").json();
     let rows = list(&report["scenes"][0], "rows");
@@ -229,7 +229,7 @@ fn bytecode_keeps_its_detail() {
 }
 
 #[test]
-fn what_cannot_be_measured_is_said() {
+fn impossible_measurements_are_reported() {
     let sandbox = Sandbox::with_scene(SCENE);
     sandbox.write("plane.sdf", "circle(1)");
     sandbox.write("wrong.sdf", "spehre(1)");

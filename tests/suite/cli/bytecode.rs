@@ -53,7 +53,7 @@ fn a_compiled_scene_is_the_scene() {
 }
 
 #[test]
-fn what_needs_the_text() {
+fn commands_that_need_the_text() {
     let sandbox = compiled();
     let mut message = String::new();
     for command in [

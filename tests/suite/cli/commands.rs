@@ -2,10 +2,11 @@
 
 use super::sandbox::Sandbox;
 use insta::assert_snapshot;
+use sdfc_trials::skip::is_gpu_skipped;
 use serde_json::json;
 
 #[test]
-fn check_says_what_is_wrong_as_json() {
+fn check_reports_errors_as_json() {
     let sandbox = Sandbox::new();
     sandbox.write("good.sdf", "sphere(1)");
     sandbox.write("library.sdf", "fn ball(r) = sphere(r);");
@@ -79,7 +80,7 @@ fn compiling_is_deterministic() {
 }
 
 #[test]
-fn query_tells_distances() {
+fn query_prints_distances() {
     let sandbox = Sandbox::with_scene("sphere(1).color(#ff0000)");
     let points = "# x y z\n2 0 0\n\n0, 3, 0   # above\n  0 0 -0.5\n";
     let run = sandbox.run_on("query scene.sdf --engine cpu", points).ok();
@@ -121,7 +122,7 @@ fn query_tells_distances() {
 }
 
 #[test]
-fn query_says_which_lines_are_no_points() {
+fn query_reports_lines_that_are_no_points() {
     let sandbox = Sandbox::with_scene("sphere(1)");
     let run = sandbox.run_on(
         "query scene.sdf --engine cpu",
@@ -132,7 +133,7 @@ fn query_says_which_lines_are_no_points() {
 }
 
 #[test]
-fn info_tells_what_is_in_a_scene() {
+fn info_lists_the_contents_of_a_scene() {
     let sandbox = Sandbox::with_scene(
         "/// How strongly they melt together.\nparam goo = 0.35 in 0.0..1.0 by 0.05;\n\
          param count = 3 in 1..=6;\nparam turn = 30deg;\nparam tint: color = #3aa6ff;\n\
@@ -150,7 +151,7 @@ fn info_tells_what_is_in_a_scene() {
 
 /// Detail of 1e-4 at 1e4 from the origin exceeds single precision; near the origin it does not.
 #[test]
-fn what_rounding_hides_is_warned_of() {
+fn detail_hidden_by_rounding_is_a_warning() {
     let sandbox = Sandbox::with_scene("sphere(0.0001).translate(10000, 0, 0)");
     assert_snapshot!(sandbox.run("info scene.sdf").ok().transcript());
     assert_snapshot!(sandbox.run("check scene.sdf").ok().transcript());
@@ -237,8 +238,7 @@ fn devices_are_listed() {
 
 #[test]
 fn verify_compares_all_engines() {
-    if let Ok(reason) = std::env::var("SDFC_SKIP_GPU") {
-        eprintln!("skipped: {reason}");
+    if is_gpu_skipped() {
         return;
     }
     let sandbox =
@@ -261,8 +261,7 @@ fn verify_compares_all_engines() {
 /// With `--strict` engines give equal bits, so they print equal text.
 #[test]
 fn strict_engines_give_the_same_bits() {
-    if let Ok(reason) = std::env::var("SDFC_SKIP_GPU") {
-        eprintln!("skipped: {reason}");
+    if is_gpu_skipped() {
         return;
     }
     let scene = "sphere(1) |[0.3] box(1).rotate(31deg, [1, 2, 3]).translate(0.8, 0, 0)";
@@ -318,7 +317,7 @@ fn strict_engines_give_the_same_bits() {
 }
 
 #[test]
-fn what_passes_did_is_told_beside_the_graph() {
+fn notes_of_passes_are_printed_beside_the_graph() {
     let sandbox = Sandbox::with_scene("sphere(1) | box(1).translate(2, 0, 0).offset(0)\n");
     let plain = sandbox.run("compile scene.sdf --emit optimized");
     let run = sandbox.run("compile scene.sdf --emit optimized --stats --no-pass dead");
@@ -330,7 +329,7 @@ fn what_passes_did_is_told_beside_the_graph() {
 }
 
 #[test]
-fn engines_are_compared_at_the_size_that_is_asked_for() {
+fn engines_are_compared_at_the_requested_size() {
     let sandbox = Sandbox::with_scene("sphere(1)\n");
     let run = sandbox.run("verify scene.sdf --size 40x24 --json");
     assert_eq!(run.code, 0, "{}", run.stderr);

@@ -5,7 +5,7 @@ use insta::assert_snapshot;
 use std::process::Stdio;
 
 #[test]
-fn what_cannot_be_read() {
+fn unreadable_files() {
     let sandbox = Sandbox::new();
     sandbox.write("folder/scene.sdf", "sphere(1)");
     for command in [
@@ -31,7 +31,7 @@ fn one_bad_file_among_several() {
 }
 
 #[test]
-fn what_cannot_be_written() {
+fn unwritable_files() {
     let sandbox = Sandbox::with_scene("sphere(1)");
     sandbox.write("file", "");
     std::fs::create_dir(sandbox.path("folder.png")).expect("a folder");

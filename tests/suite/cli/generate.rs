@@ -91,7 +91,7 @@ fn coverage_stays() {
 }
 
 #[test]
-fn what_it_does_not_write() {
+fn invalid_options() {
     let sandbox = Sandbox::new();
     for arguments in [
         "spheres --count 0",

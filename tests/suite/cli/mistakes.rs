@@ -78,7 +78,7 @@ fn bytes_that_are_no_text() {
 }
 
 #[test]
-fn several_mistakes_are_told_at_once() {
+fn several_errors_are_reported_at_once() {
     let sandbox = Sandbox::with_scene("let a = sphere(ra: 1);\nlet b = bxo(1);\na | b | c\n");
     let run = sandbox.run("check scene.sdf");
     assert_eq!(run.code, 1);

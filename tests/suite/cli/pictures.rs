@@ -28,7 +28,7 @@ fn draw(sandbox: &Sandbox, more: &str) -> Run {
 }
 
 #[test]
-fn a_picture_of_the_asked_size() {
+fn a_picture_of_the_requested_size() {
     let sandbox = Sandbox::with_scene(SCENE);
     let run = draw(&sandbox, "");
     let (width, height, pixels) = decoded(&sandbox.read("out.png"));
@@ -47,7 +47,7 @@ fn a_picture_of_the_asked_size() {
 }
 
 #[test]
-fn the_summary_tells_what_detail_is_gone() {
+fn the_summary_reports_omitted_detail() {
     let small = "sphere(1) | (sphere(0.001) | box(0.001)).translate(0, 1.2, 0)";
     let sandbox = Sandbox::with_scene(small);
     let run = draw(&sandbox, "--lod 0.5");
@@ -102,7 +102,7 @@ fn every_mode_and_method() {
 
 /// The centre of an unlit red sphere is the same red, so colours are preserved in the file.
 #[test]
-fn colours_are_what_the_scene_says() {
+fn colours_are_those_of_the_scene() {
     let sandbox = Sandbox::with_scene("sphere(1).color(#c08040)");
     draw(&sandbox, "--mode albedo");
     let (width, height, pixels) = decoded(&sandbox.read("out.png"));
@@ -118,7 +118,7 @@ fn colours_are_what_the_scene_says() {
 
 /// Animated shapes are drawn completely, at their position at the given time.
 #[test]
-fn time_moves_the_whole_shape() {
+fn time_moves_the_complete_shape() {
     let settings = "camera { from: [0, 1, 9], look: [0, 0, 0] }\nrender { far: 40 }\n";
     let mask = |shape: &str, more: &str| {
         let sandbox = Sandbox::with_scene(&format!("{settings}{shape}"));
@@ -143,7 +143,7 @@ fn the_name_and_the_pipe() {
 
 /// Rays that run out of steps are counted and reported, not treated as misses.
 #[test]
-fn rays_that_ran_out_are_told() {
+fn rays_out_of_steps_are_reported() {
     let sandbox = Sandbox::with_scene("plane(Y, at: -1)\n| sphere(1)");
     let run = draw(&sandbox, "--steps 2");
     assert!(run.stderr.contains("warning: "), "{}", run.stderr);

@@ -3,7 +3,7 @@
 use super::sandbox::Sandbox;
 
 #[test]
-fn it_draws_and_answers() {
+fn the_reference_draws_and_returns_distances() {
     let sandbox = Sandbox::with_scene("sphere(1) |[0.3] box(1).translate(0.8, 0, 0)");
     let run = sandbox.run("render scene.sdf -o out.png --size 24x16 --engine reference");
     let run = run.ok();
@@ -22,7 +22,7 @@ fn it_draws_and_answers() {
 }
 
 #[test]
-fn what_it_cannot_prove_is_told() {
+fn unproved_rays_are_reported() {
     // The field is zero in the whole sphere and negative nowhere.
     let sandbox = Sandbox::with_scene(
         "camera { from: [0, 0, 3], look: [0, 0, 0] }\nfield(fn(p) => max(0, length(p) - 1))\n",

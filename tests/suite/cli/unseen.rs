@@ -148,7 +148,7 @@ const SCENES: &[(&str, &str, &str)] = &[
 ];
 
 #[test]
-fn what_is_not_seen_is_said_with_its_reason() {
+fn invisible_scenes_are_reported_with_the_reason() {
     for (title, scene, message) in SCENES {
         let sandbox = Sandbox::with_scene(scene);
         let run = sandbox.run("render scene.sdf -o out.png --size 48x36 --aa 1");
@@ -170,7 +170,7 @@ const STEEP: &str =
     "fn pw(x) = x*x*x*x*x*x*x*x;\nfield(fn(p) => pw(pw(pw(length(p)))) - 1, within: 4)";
 
 #[test]
-fn fields_too_steep_to_step_on_are_drawn_and_told() {
+fn fields_too_steep_to_march_are_drawn_and_reported() {
     let sandbox = Sandbox::with_scene(STEEP);
     let run = sandbox.run("check scene.sdf");
     let message = run.ok().stderr;

@@ -27,7 +27,7 @@ fn module_of(source: &Source, folder: &str) -> ModulePath {
 }
 
 /// The text without comments and without its tests.
-fn code(text: &str) -> String {
+pub(super) fn code(text: &str) -> String {
     let code = text.split("#[cfg(test)]\nmod tests {").next();
     code.unwrap_or_default()
         .lines()

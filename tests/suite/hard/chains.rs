@@ -6,6 +6,7 @@ use super::{DEFAULT_LIMIT, DEVICE_SIZE};
 use sdfc_runtime::engine::{EngineKind, SceneInput, open};
 use sdfc_runtime::render::CellMode;
 use sdfc_shaders::assemble::SceneSource;
+use sdfc_trials::random::Random;
 
 /// Returns the distances at points, computed by an engine.
 pub(super) fn distances(shot: &super::Shot, kind: EngineKind, points: &[[f32; 3]]) -> Vec<f64> {
@@ -22,14 +23,10 @@ pub(super) fn distances(shot: &super::Shot, kind: EngineKind, points: &[[f32; 3]
 
 /// Returns random points around the scenes.
 fn points_around(count: usize) -> Vec<[f32; 3]> {
-    let mut state = 7_u64;
-    let mut next = || {
-        state = state
-            .wrapping_mul(6_364_136_223_846_793_005)
-            .wrapping_add(1);
-        (state >> 40) as f32 / (1 << 24) as f32 * 5.0 - 2.5
-    };
-    (0..count).map(|_| [next(), next() * 0.4, next()]).collect()
+    let mut random = Random::for_case("points around the scenes");
+    let mut coordinate = || random.unit_f32() * 5.0 - 2.5;
+    let point = |_| [coordinate(), coordinate() * 0.4, coordinate()];
+    (0..count).map(point).collect()
 }
 
 #[test]
@@ -74,7 +71,7 @@ fn chains_of_any_length_keep_their_digits_and_their_picture() {
 }
 
 #[test]
-fn equal_operands_add_what_their_recurrence_says() {
+fn equal_operands_add_the_offset_of_their_recurrence() {
     // A cubic blend adds h³ / 6w² where the operands differ by w − h, and w = 6 · 0.05.
     let (width, count) = (0.3_f64, 200);
     let chain = |a: f64| {

@@ -6,6 +6,7 @@ use super::chains::distances;
 use super::measure::{Shot, changed, measured, shot_of};
 use sdfc_runtime::engine::EngineKind;
 use sdfc_runtime::render::CellMode;
+use sdfc_trials::random::Random;
 
 /// Ridges thinner than the steps of a guessed slope; their sides have slopes of up to 5.6.
 const RIDGES: &str = "0.7 * exp(-8 * abs(p.x)) + 0.05 * sin(3 * p.y);";
@@ -29,16 +30,11 @@ fn ridges(stated_slope: Option<f64>) -> String {
 
 /// Returns the largest slope of a shot's distance between nearby points.
 fn max_slope(shot: &Shot) -> f64 {
-    let mut state = 3_u64;
-    let mut next = || {
-        state = state
-            .wrapping_mul(6_364_136_223_846_793_005)
-            .wrapping_add(1);
-        (state >> 40) as f32 / (1 << 24) as f32 - 0.5
-    };
+    let mut random = Random::for_case("slopes");
+    let mut offset = || random.unit_f32() - 0.5;
     let pairs = (0..4000).flat_map(|_| {
-        let p = [next() * 0.6, next() * 1.6, next() * 4.0];
-        [p, p.map(|v| v + next() * 0.02)]
+        let p = [offset() * 0.6, offset() * 1.6, offset() * 4.0];
+        [p, p.map(|v| v + offset() * 0.02)]
     });
     let points: Vec<[f32; 3]> = pairs.collect();
     let values = distances(shot, EngineKind::Reference, &points);

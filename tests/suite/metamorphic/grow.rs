@@ -222,7 +222,7 @@ fn leaf(r: &mut Random) -> Shape {
     match r.below(10) {
         0..=5 => Shape::Solid(solid(r)),
         6 | 7 => field(r),
-        _ => Shape::Solid(from_figure(r)),
+        _ => Shape::Solid(from_shape_2d(r)),
     }
 }
 
@@ -251,7 +251,7 @@ fn solid(r: &mut Random) -> String {
     }
 }
 
-fn from_figure(r: &mut Random) -> String {
+fn from_shape_2d(r: &mut Random) -> String {
     let [a, b] = [0; 2].map(|_| between(r, 0.25, 0.7));
     let figure = match r.below(6) {
         0 => format!("circle({a})"),

@@ -63,7 +63,7 @@ fn in_leaves(
 }
 
 #[test]
-fn tapes_of_cells_give_the_values_of_the_whole() {
+fn tapes_of_cells_give_the_values_of_the_full_tape() {
     let (mut leaves, mut shorter, mut failures) = (0, 0, Vec::new());
     for field in fields() {
         for band in [0.0, f32::INFINITY] {

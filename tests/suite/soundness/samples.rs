@@ -56,7 +56,7 @@ impl Field {
     }
 
     /// Loads the field of a scene file.
-    fn of_file(path: &Path) -> Self {
+    fn from_file(path: &Path) -> Self {
         let mut compiled = on_large_stack(|| compiled(path, PassOptions::default()));
         compiled.module.update(0.0);
         let bounds = compiled.module.settings.bounds;
@@ -113,7 +113,7 @@ pub(super) fn fields() -> impl Iterator<Item = Field> {
     let theirs = theirs.flat_map(|folder| scenes(&folder.to_string_lossy()));
     let step = if is_long() { 1 } else { STRANGERS_STRIDE };
     let paths: Vec<PathBuf> = ours.chain(theirs.step_by(step)).collect();
-    paths.into_iter().map(|path| Field::of_file(&path))
+    paths.into_iter().map(|path| Field::from_file(&path))
 }
 
 /// Reports whether the long form is run.

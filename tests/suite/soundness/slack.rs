@@ -9,6 +9,7 @@ use sdfc_runtime::render::{CellMode, Mode, ResolvedLens, View};
 use sdfc_runtime::settings::{Overrides, resolve};
 use sdfc_shaders::assemble::SceneSource;
 use sdfc_trials::random::Random;
+use sdfc_trials::skip::is_gpu_skipped;
 use sdfc_vm::evaluate::evaluate;
 use sdfc_vm::lanes::{LANES, Points};
 use sdfc_vm::program::{Code, Program};
@@ -117,10 +118,11 @@ fn guards_skip_no_box_far_away() {
 
 /// Of two coincident faces the first is visible, on every engine.
 #[test]
-fn of_coincident_faces_the_first_shows_on_every_engine() {
-    let engines: &[EngineKind] = match std::env::var_os("SDFC_SKIP_GPU") {
-        Some(_) => &[EngineKind::Cpu],
-        None => &EngineKind::FAST,
+fn the_first_of_coincident_faces_is_visible_on_every_engine() {
+    let engines: &[EngineKind] = if is_gpu_skipped() {
+        &[EngineKind::Cpu]
+    } else {
+        &EngineKind::FAST
     };
     for kind in engines {
         let mut engine = open(*kind).unwrap_or_else(|error| panic!("{kind}: {error}"));
@@ -162,7 +164,7 @@ fn load(engine: &mut dyn Engine, text: &str) -> (Compiled, Vec<f64>) {
 
 /// A hole is filled with another colour, flush with the face. No skin remains visible.
 #[test]
-fn what_fills_a_hole_shows() {
+fn fillings_of_holes_are_visible() {
     // The second cutter is not extended.
     for cutter in [
         "cylinder(r: 1, h: h)",
@@ -172,12 +174,12 @@ fn what_fills_a_hole_shows() {
             "param h = 1 in 0.5..=2;\n\
             (box([4, h, 4]) - {cutter}).color(#ff0000) | cylinder(r: 1, h: h).color(#0000ff)\n"
         );
-        what_fills_shows(&text);
+        assert_filling_visible(&text);
     }
 }
 
 /// Asserts that only blue is visible within a radius of 1 of the y axis, at the height 0.5.
-fn what_fills_shows(text: &str) {
+fn assert_filling_visible(text: &str) {
     let mut engine = open(EngineKind::Cpu).expect("there is always a CPU");
     let (compiled, outputs) = load(&mut *engine, text);
     for (from, cells) in [

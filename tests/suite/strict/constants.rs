@@ -2,6 +2,7 @@
 
 use crate::corpus::{compiled, name, on_large_stack, scenes};
 use sdfc_compiler::passes::PassOptions;
+use sdfc_trials::random::Random;
 use sdfc_vm::record::scalar_literal;
 use std::collections::BTreeSet;
 
@@ -62,9 +63,9 @@ fn source_and_words_hold_the_same_constants() {
 /// Every float survives writing and reading, although it is read as `f64` first.
 #[test]
 fn literals_read_back_as_they_were() {
-    let mut bits = 1_u32;
+    let mut random = Random::for_case("literals");
     for _ in 0..1 << 20 {
-        bits = bits.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        let bits = random.bits() as u32;
         let value = f32::from_bits(bits);
         if value.is_finite() {
             let text = scalar_literal(value);

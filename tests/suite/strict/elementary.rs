@@ -5,6 +5,8 @@ use sdfc_runtime::gpu::{
     AdapterPreference, Arithmetic, BindingAccess, BufferBinding, BufferUsage, Extent, Gpu,
     KernelSource,
 };
+use sdfc_trials::random::Random;
+use sdfc_trials::skip::is_gpu_skipped;
 use sdfc_vm::elementary::{arctangent, cosine, exponential, logarithm, sine};
 use sdfc_vm::prelude;
 
@@ -123,8 +125,7 @@ fn on_device(gpu: &Gpu, case: &Case, arguments: &[[f32; 2]]) -> Vec<f32> {
 
 #[test]
 fn elementary_functions_have_the_same_bits_everywhere() {
-    if let Ok(reason) = std::env::var("SDFC_SKIP_GPU") {
-        eprintln!("skipped: {reason}");
+    if is_gpu_skipped() {
         return;
     }
     let all = [
@@ -135,17 +136,10 @@ fn elementary_functions_have_the_same_bits_everywhere() {
     let [strict, portable, default] = all.map(|arithmetic| {
         Gpu::open_with(AdapterPreference::Any, arithmetic).unwrap_or_else(|error| panic!("{error}"))
     });
-    // xorshift64* (S. Vigna, 2016).
-    let mut state = 0x9e37_79b9_7f4a_7c15_u64;
-    let mut random = || {
-        state ^= state >> 12;
-        state ^= state << 25;
-        state ^= state >> 27;
-        (state.wrapping_mul(0x2545_f491_4f6c_dd1d) >> 40) as f32 / (1 << 24) as f32
-    };
     for case in &CASES {
+        let mut random = Random::for_case(case.name);
         let arguments: Vec<[f32; 2]> = (0..ARGUMENT_COUNT)
-            .map(|_| (case.arguments)([random(), random()]))
+            .map(|_| (case.arguments)([random.unit_f32(), random.unit_f32()]))
             .collect();
         let rust: Vec<f32> = arguments.iter().map(|&v| (case.rust)(v)).collect();
         let differing = |results: &[f32]| {

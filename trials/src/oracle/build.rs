@@ -98,7 +98,7 @@ pub(super) fn build(scene: &Scene, root: ShapeId, time: f64) -> ShapeTree {
 }
 
 /// Returns the operands of a shape.
-fn children(kind: &ShapeKind) -> &[ShapeId] {
+pub fn children(kind: &ShapeKind) -> &[ShapeId] {
     match kind {
         ShapeKind::Combine { children, .. } => children,
         ShapeKind::Frame { child, .. }

@@ -1,7 +1,7 @@
 //! Vector arithmetic, and distances from points to segments and triangles.
 
 /// Point or vector in space.
-pub(super) type Point = [f64; 3];
+pub type Point = [f64; 3];
 /// Point in a plane.
 pub(super) type Point2 = [f64; 2];
 
@@ -25,7 +25,7 @@ pub(super) fn subtract(a: Point, b: Point) -> Point {
 }
 
 /// Returns the point at `factor` times the vector from `p`.
-pub(super) fn point_along(p: Point, vector: Point, factor: f64) -> Point {
+pub fn point_along(p: Point, vector: Point, factor: f64) -> Point {
     [
         p[0] + vector[0] * factor,
         p[1] + vector[1] * factor,
@@ -34,7 +34,7 @@ pub(super) fn point_along(p: Point, vector: Point, factor: f64) -> Point {
 }
 
 /// Returns the length of a vector.
-pub(super) fn norm(a: Point) -> f64 {
+pub fn norm(a: Point) -> f64 {
     dot(a, a).sqrt()
 }
 

@@ -37,7 +37,7 @@ fn refusal_message(text: String) -> String {
 }
 
 #[test]
-fn each_is_hit_and_said() {
+fn each_limit_is_reached_and_reported() {
     let nested = |open: &str, middle: &str, close: &str, depth| {
         format!("{}{middle}{}", open.repeat(depth), close.repeat(depth))
     };

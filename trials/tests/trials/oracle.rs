@@ -16,11 +16,9 @@ use sdfc_compiler::elaborate::{Loader, Options, elaborate};
 use sdfc_compiler::scene::Scene;
 use sdfc_lang::Sources;
 use sdfc_trials::oracle::Oracle;
+pub(super) use sdfc_trials::oracle::{Point, norm, point_along};
 use sdfc_trials::random::Random;
 use std::path::{Path, PathBuf};
-
-/// Point or vector in space.
-pub(super) type Point = [f64; 3];
 
 /// Loader of imported files from a folder.
 struct FolderLoader<'f>(&'f Path);
@@ -134,15 +132,6 @@ pub(super) fn random_direction(r: &mut Random) -> Point {
             return v.map(|x| x / length);
         }
     }
-}
-
-pub(super) fn norm(v: Point) -> f64 {
-    v.iter().map(|x| x * x).sum::<f64>().sqrt()
-}
-
-/// Returns the point at `factor` times the vector from `p`.
-pub(super) fn point_along(p: Point, vector: Point, factor: f64) -> Point {
-    [0, 1, 2].map(|i| p[i] + factor * vector[i])
 }
 
 /// Moves a point towards the surface by 4 Newton steps with the oracle's gradient.

@@ -7,7 +7,7 @@ use sdfc_vm::file::{FileError, decode_file, with_header};
 
 /// Files with unused words were once accepted, and were encoded differently.
 #[test]
-fn a_file_says_nothing_twice() {
+fn a_file_has_no_unused_words() {
     let words: Vec<u32> = FILES[0].as_chunks::<4>().0[5..]
         .iter()
         .map(|&bytes| u32::from_le_bytes(bytes))

@@ -151,7 +151,7 @@ fn check_variants(scene: &RandomScene) -> CheckOutcome {
 }
 
 #[test]
-fn scenes_said_otherwise_have_the_same_values() {
+fn equivalent_texts_have_the_same_values() {
     run(
         "scenes",
         input_count(20, 100),

@@ -20,7 +20,7 @@ fn goes(m: &Affine<f64>, from: Point, to: Point) {
 }
 
 #[test]
-fn each_matrix_moves_as_its_name_says() {
+fn each_matrix_moves_points_by_its_name() {
     let [x, y, z] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
     goes(&identity(), [1.0, 2.0, 3.0], [1.0, 2.0, 3.0]);
     goes(
@@ -87,7 +87,7 @@ fn composed_matrices_are_one_after_the_other() {
 
 /// Zeros never produce a number that is not finite.
 #[test]
-fn nothing_degenerate_is_not_a_number() {
+fn degenerate_arguments_give_finite_matrices() {
     let zero = [0.0_f64; 3];
     let all = [
         rotate(zero, 1.0),

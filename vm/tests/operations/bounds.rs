@@ -137,9 +137,9 @@ fn blends_add_no_more_than_their_bounds_grow_by() {
 
 /// The offset of a chain of blends of any length is within its bound.
 #[test]
-fn chains_add_no_more_than_is_said_of_them() {
-    let mut random = Random::new(20);
+fn chains_add_no_more_than_their_bound() {
     for kernel in BlendKernel::ALL {
+        let mut random = Random::for_case(20, &format!("{kernel:?}"));
         let width = 0.5;
         let coefficient = match kernel {
             BlendKernel::Hard => 0.0,

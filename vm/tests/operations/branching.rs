@@ -16,7 +16,7 @@ fn sawtooth(p: V3<BranchInterval>) -> BranchInterval {
 }
 
 #[test]
-fn both_sides_of_a_seam_are_seen() {
+fn both_sides_of_a_discontinuity_are_evaluated() {
     // Near the cell boundary at one half, the position in the cell is nearly ±0.5, and never nearly 0.
     let near = |p| sawtooth(p).abs();
     let (hull, is_decided) = eval_hull(|| near(along_x(0.49, 0.51)));
@@ -29,7 +29,7 @@ fn both_sides_of_a_seam_are_seen() {
 }
 
 #[test]
-fn equal_questions_have_equal_answers_and_others_do_not() {
+fn equal_decisions_have_equal_results_and_others_do_not() {
     // The same floor twice: the difference is zero for any decision.
     let same = eval_all_branches(|| {
         let p = along_x(0.9, 1.1);
@@ -62,7 +62,7 @@ fn selections_take_both_sides_and_angles_both_sides_of_their_cut() {
 }
 
 #[test]
-fn what_is_made_of_an_answer_agrees_with_it() {
+fn conditions_derived_from_a_decision_agree_with_it() {
     type Condition = <BranchInterval as Real>::Bool;
     let never = |p: V3<BranchInterval>| -> Condition {
         let below = || p.x.less(lit(0.0));
@@ -82,7 +82,7 @@ fn what_is_made_of_an_answer_agrees_with_it() {
 }
 
 #[test]
-fn more_questions_than_are_answered_are_left_to_hulls() {
+fn decisions_beyond_the_limit_are_left_to_hulls() {
     let many = |p: V3<BranchInterval>| {
         (0..20)
             .map(|i| (p.x + lit(f64::from(i) * 1e-3)).floor())

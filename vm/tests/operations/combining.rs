@@ -46,7 +46,7 @@ fn a_revolved_disc_is_a_torus() {
 /// A partial turn: a point is inside if it is inside the full turn and within the angle, and no distance
 /// exceeds that to a point inside.
 #[test]
-fn a_part_of_a_turn_is_a_wedge_of_the_whole() {
+fn a_partial_turn_is_a_wedge_of_the_full_turn() {
     let mut random = Random::new(32);
     let (disc, torus) = (
         Case::new(Op::Circle, &[0.25]),
@@ -91,7 +91,7 @@ fn a_part_of_a_turn_is_a_wedge_of_the_whole() {
 }
 
 #[test]
-fn an_elongated_ball_is_a_capsule_and_an_elongated_box_a_box() {
+fn an_elongated_sphere_is_a_capsule_and_an_elongated_box_a_box() {
     let mut random = Random::new(33);
     let (ball, capsule) = (
         Case::new(Op::Sphere, &[0.5]),
@@ -131,7 +131,7 @@ fn an_elongated_ball_is_a_capsule_and_an_elongated_box_a_box() {
 }
 
 #[test]
-fn offsets_and_shells_of_a_ball_are_balls() {
+fn offsets_and_shells_of_a_sphere_are_spheres() {
     let mut random = Random::new(34);
     for _ in 0..200 {
         let p = random.point(2.0);
@@ -146,7 +146,7 @@ fn offsets_and_shells_of_a_ball_are_balls() {
 
 /// Two walls at right angles: the shape between them is known exactly.
 #[test]
-fn profiles_between_walls_are_what_they_are_called() {
+fn profiles_between_walls_have_their_defined_shapes() {
     let mut random = Random::new(35);
     let r = 0.5;
     for _ in 0..2000 {
@@ -203,7 +203,7 @@ fn profiles_between_walls_are_what_they_are_called() {
 }
 
 #[test]
-fn xor_and_morph_are_what_they_are_called() {
+fn xor_and_morph_follow_their_definitions() {
     let mut random = Random::new(36);
     let xor = Case::new(Op::Xor, &[]);
     for _ in 0..200 {
@@ -220,7 +220,7 @@ fn xor_and_morph_are_what_they_are_called() {
 
 /// The thickness of a distance-aware blend at its focus, between, and at its maximum.
 #[test]
-fn a_distance_aware_blend_grows_as_it_says() {
+fn a_distance_aware_blend_grows_at_its_stated_rate() {
     let case = Case::new(Op::DistanceUnion, &[0.0, 0.0, 0.0, 0.125, 0.25, 0.5]);
     for (x, k) in [(0.0, 0.125), (1.0, 0.375), (1.5, 0.5), (9.0, 0.5)] {
         let d = case.with([x, 0.0, 0.0], [1.0, 1.0, 0.0]);

@@ -119,8 +119,7 @@ fn shapes_keep_their_definitions() {
 }
 
 #[test]
-fn what_does_not_fit_is_cut_to_what_does() {
-    let mut random = Random::new(3);
+fn arguments_that_do_not_fit_are_clamped() {
     let all: [(Op, &[f64]); 8] = [
         (Op::RoundedCuboid, &[1.0, 2.0, 0.5, 4.0]),
         (Op::RoundedCylinder, &[0.5, 2.0, 3.0]),
@@ -137,7 +136,7 @@ fn what_does_not_fit_is_cut_to_what_does() {
             &case,
             |p| contains(op, arguments, p),
             Exactness::Exact,
-            &mut random,
+            &mut Random::for_case(3, &case.name()),
         );
     }
 }
@@ -229,7 +228,7 @@ fn on_a_polygon_the_gradient_is_the_normal() {
 /// A point at a height above a point of an ellipsoid, along the normal there. Outside at any height, and
 /// inside up to half of the smallest radius of curvature, the height is the distance.
 #[test]
-fn the_ellipsoid_is_as_far_as_it_is() {
+fn the_ellipsoid_has_its_true_distance() {
     let mut random = Random::new(7);
     for ratio in [1.0, 3.0, 30.0, 100.0, 1000.0] {
         for _ in 0..2000 {
@@ -272,7 +271,7 @@ fn the_ellipsoid_is_as_far_as_it_is() {
 /// On the long axis of a prolate spheroid with the radii `a` and twice `b`, a ring of points is nearest.
 /// The depth there is `b √(1 − x² / (a² − b²))`.
 #[test]
-fn the_axis_of_a_spheroid_is_as_far_from_its_ring_as_it_is() {
+fn the_axis_of_a_spheroid_has_its_true_distance() {
     let (a, b) = (1.0_f64, 0.5_f64);
     for radii in [[a, b, b], [b, a, b], [b, b, a]] {
         let case = Case::new(Op::Ellipsoid, &radii);
@@ -294,7 +293,7 @@ fn the_axis_of_a_spheroid_is_as_far_from_its_ring_as_it_is() {
 /// If the smallest radius occurs more than once, the nearest point is in the direction of the point among
 /// the axes of that radius.
 #[test]
-fn ellipsoids_with_equal_radii_have_the_depth_of_balls_beside_their_centre() {
+fn ellipsoids_with_equal_radii_have_the_depth_of_spheres_beside_their_centre() {
     for (radii, axes) in [
         ([1.0, 1.0, 1.0], [1.0, 1.0, 1.0]),
         ([1.0, 0.625, 0.625], [0.0, 1.0, 1.0]),

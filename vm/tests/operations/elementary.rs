@@ -53,7 +53,7 @@ fn errors_are_as_documented() {
 
 /// Overflow counts as large, and NaN does not become a small number.
 #[test]
-fn what_is_no_number_is_not_small() {
+fn overflow_and_nan_do_not_become_small() {
     use sdfc_vm::ops::math;
     let none = f32::NAN;
     let kept = [
@@ -87,7 +87,7 @@ fn the_ends_of_their_ranges_are_numbers() {
 /// Noise: zero at the lattice, within its bounds, with the gradient of its differences, equal in both
 /// precisions, and different by seed.
 #[test]
-fn noise_is_what_it_says() {
+fn noise_keeps_its_documented_limits() {
     let mut random = Random::new(86);
     let mut different = 0;
     for _ in 0..20_000 {

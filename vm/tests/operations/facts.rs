@@ -23,8 +23,8 @@ fn message(case: &Case, fact: &str, p: Point) -> String {
 
 #[test]
 fn between_two_points_of_a_convex_shape_lies_the_shape() {
-    let mut random = Random::new(32);
     for case in cases_with(|facts| facts.is_convex) {
+        let mut random = Random::for_case(32, &case.name());
         let rule = case.op.row().meta.bounds;
         let bounds = rule.shape_bounds(&case.parameters());
         let bounds = bounds.unwrap_or(Bounds::ALL_SPACE);
@@ -42,8 +42,8 @@ fn between_two_points_of_a_convex_shape_lies_the_shape() {
 
 #[test]
 fn turning_about_the_axis_of_revolution_keeps_the_shape() {
-    let mut random = Random::new(33);
     for case in cases_with(|facts| facts.axis_of_revolution.is_some()) {
+        let mut random = Random::for_case(33, &case.name());
         let axis = case.op.row().meta.axis_of_revolution.unwrap_or_default();
         let (u, v) = ((axis + 1) % 3, (axis + 2) % 3);
         for _ in 0..500 {
@@ -69,8 +69,8 @@ fn result(case: &Case, p: Point) -> Point {
 
 #[test]
 fn exchanging_equal_axes_keeps_the_solid() {
-    let mut random = Random::new(34);
     for case in cases_with(|facts| facts.has_equal_axes) {
+        let mut random = Random::for_case(34, &case.name());
         for _ in 0..500 {
             let p = random.point(2.5);
             let q = [p[1], p[2], p[0]];

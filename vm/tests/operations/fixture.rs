@@ -1,5 +1,6 @@
 //! Shared helpers of the tests: random numbers, arguments for every row, and evaluation.
 
+use glam::DVec3;
 use sdfc_vm::apply::{Apply, OpResult, apply, pack_parameters};
 use sdfc_vm::bounds::Bounds;
 use sdfc_vm::dual::{Dual, DualVec3};
@@ -10,7 +11,8 @@ use sdfc_vm::vector::V3;
 
 pub(crate) type Point = [f64; 3];
 
-/// A small reproducible random generator (xorshift).
+/// A small reproducible random generator (xorshift). The one of `sdfc-trials` is not used here, because that crate
+/// depends on this one. The tests of operations are to build without the compiler.
 pub(crate) struct Random(u64);
 
 impl Random {
@@ -272,19 +274,19 @@ pub(crate) fn is_math(op: Op) -> bool {
 }
 
 pub(crate) fn length(p: Point) -> f64 {
-    (p[0] * p[0] + p[1] * p[1] + p[2] * p[2]).sqrt()
+    DVec3::from(p).length()
 }
 pub(crate) fn sub(a: Point, b: Point) -> Point {
-    std::array::from_fn(|i| a[i] - b[i])
+    (DVec3::from(a) - DVec3::from(b)).to_array()
 }
 pub(crate) fn add(a: Point, b: Point, t: f64) -> Point {
-    std::array::from_fn(|i| a[i] + b[i] * t)
+    (DVec3::from(a) + DVec3::from(b) * t).to_array()
 }
 pub(crate) fn dot(a: Point, b: Point) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+    DVec3::from(a).dot(b.into())
 }
 pub(crate) fn distance(a: Point, b: Point) -> f64 {
-    length(sub(a, b))
+    DVec3::from(a).distance(b.into())
 }
 
 /// Returns the value and the gradient at a point, by dual numbers.

@@ -172,7 +172,7 @@ fn holds(corners: &Matrices, s: Range, t: Range, bound: f64, depth: u32) -> bool
 }
 
 #[test]
-fn noise_is_no_steeper_than_is_said() {
+fn noise_is_no_steeper_than_its_bound() {
     let mut pending = vec![[[0.0, 0.5]; 3]];
     let mut boxes = 0;
     while let Some(places) = pending.pop() {
@@ -231,7 +231,7 @@ fn noise_is_never_higher_than_one() {
 
 /// The proved bounds hold for the actual noise, and are close to its extremes.
 #[test]
-fn noise_comes_near_to_what_is_said() {
+fn noise_comes_near_to_its_bounds() {
     let mut random = Random::new(50);
     let (mut steepest, mut highest) = (0.0_f64, 0.0_f64);
     for _ in 0..200_000 {

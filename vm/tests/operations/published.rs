@@ -29,7 +29,7 @@ fn depth_of_ellipsoid(radii: Point, p: Point) -> f64 {
 /// `k0 (k0 − 1) / k1` is several times too deep inside, which makes holes cut by it wrong, and it is 0/0 at
 /// the centre.
 #[test]
-fn an_ellipsoid_is_no_deeper_than_it_is() {
+fn an_ellipsoid_has_no_excess_depth() {
     let radii = [1.0, 0.5, 0.25];
     let published = |p: Point| {
         let k0 = length([0, 1, 2].map(|i| p[i] / radii[i]));
@@ -59,7 +59,7 @@ fn a_box_has_a_depth() {
 
 /// The segment's parameter is 0/0 where both ends coincide.
 #[test]
-fn a_capsule_of_one_point_is_a_ball() {
+fn a_capsule_of_one_point_is_a_sphere() {
     let end = [0.25, -0.5, 1.0];
     let published = |p: Point| {
         let (pa, ba) = (sub(p, end), sub(end, end));
@@ -80,7 +80,7 @@ fn a_capsule_of_one_point_is_a_ball() {
 
 /// The slant of a round cone is the root of a negative number if one sphere contains the other.
 #[test]
-fn a_round_cone_within_its_larger_ball_is_that_ball() {
+fn a_round_cone_within_its_larger_sphere_is_that_sphere() {
     for (r1, r2, h) in [(1.0, 0.25, 0.5), (0.25, 1.0, 0.5), (0.75, 0.25, 0.5)] {
         let b: f64 = (r1 - r2) / h;
         if b.abs() > 1.0 {
@@ -113,7 +113,7 @@ fn a_cone_of_half_a_turn_is_a_half_space() {
 /// The two bound forms `max(dot(q, side), −h − y)` of a cone and of a three-sided prism give half of the
 /// distance beyond their rims; ours give the distance.
 #[test]
-fn cones_and_prisms_are_as_far_as_they_are() {
+fn cones_and_prisms_have_the_distance_beyond_their_rims() {
     // A cone of height 1 and bottom radius 1, with its tip at the origin; a point below its rim.
     let p = [1.5_f64, -1.5, 0.0];
     let side = std::f64::consts::FRAC_1_SQRT_2;
@@ -202,7 +202,7 @@ fn cells_left_of_the_origin_are_like_all_others() {
 /// A twist and a bend stretch space: distances are too large unless they are divided. The stretch of a
 /// twist is not √(1 + k²r²) either, as is often stated.
 #[test]
-fn a_twist_and_a_bend_know_how_much_they_stretch() {
+fn a_twist_and_a_bend_bound_their_stretch() {
     let twist = Case::new(Op::Twist, &[1.0]);
     let Slope::PointMap(stretch) = Op::Twist.row().meta.slope else {
         panic!("a twist stretches");
@@ -277,7 +277,7 @@ fn blends_keep_their_digits() {
 
 /// The slope of the rounded union of hg_sdf exceeds one, as its row states.
 #[test]
-fn a_rounded_union_says_that_it_is_steeper() {
+fn a_rounded_union_states_its_larger_slope() {
     assert!(matches!(Op::RoundUnion.row().meta.slope, Slope::Norm));
     // Two operands that increase together, as those of two planes at a small angle.
     let case = Case::new(Op::RoundUnion, &[0.5]);
@@ -289,7 +289,7 @@ fn a_rounded_union_says_that_it_is_steeper() {
 /// A frame whose bars are thicker than the box, a rounding larger than it, a torus thicker than wide: valid
 /// shapes, not inside-out ones.
 #[test]
-fn what_is_too_large_is_cut_to_what_fits() {
+fn oversized_arguments_are_clamped() {
     let frame = Case::new(Op::BoxFrame, &[1.0, 1.0, 1.0, 9.0]);
     let cube = Case::new(Op::Cuboid, &[1.0, 1.0, 1.0]);
     let rounded = Case::new(Op::RoundedCuboid, &[1.0, 2.0, 3.0, 9.0]);

@@ -40,12 +40,12 @@ fn point(random: &mut Random) -> [f32; 3] {
 /// Checks a million points, divided among the operations.
 #[test]
 fn no_operation_is_off_by_more_than_its_bound() {
-    let mut random = Random::new(600);
     let cases = cases(601, 12, |_| true);
     let each = 1_000_000 / cases.len();
     let (mut uncertain, mut unknown, mut all) = (0, 0, 0);
     let mut slackest: Vec<(f64, f64, String)> = Vec::new();
     for case in &cases {
+        let mut random = Random::for_case(600, &case.name());
         let (mut worst, mut largest_bound) = (0.0_f64, 0.0_f64);
         for _ in 0..each {
             let p = point(&mut random);
@@ -101,10 +101,10 @@ fn no_operation_is_off_by_more_than_its_bound() {
 /// The bound for a box holds at every point of it, and its interval contains the values.
 #[test]
 fn the_bound_of_a_box_holds_at_its_points() {
-    let mut random = Random::new(602);
     let mut finite = 0;
     let cases = cases(603, 6, |_| true);
     for case in &cases {
+        let mut random = Random::for_case(602, &case.name());
         for _ in 0..40 {
             let centre = point(&mut random);
             let half = random.range(-12.0, 0.0).exp2() as f32;
@@ -152,7 +152,7 @@ fn the_bound_of_a_box_holds_at_its_points() {
 /// Errors of coordinates are propagated: unchanged into a sphere's distance, times its slope into noise,
 /// and unchanged into another cell of a repetition.
 #[test]
-fn what_coordinates_are_off_is_passed_on() {
+fn errors_of_coordinates_are_propagated() {
     let at = |v: f64, error: f64| RunningError {
         error,
         ..RunningError::exact(v)
@@ -183,7 +183,7 @@ fn what_coordinates_are_off_is_passed_on() {
 
 /// The errors of elementary functions are within those that the rules assume.
 #[test]
-fn elementary_functions_are_no_more_off_than_the_rules_say() {
+fn elementary_functions_are_off_by_no_more_than_the_rules_assume() {
     let mut random = Random::new(606);
     let mut noise = 0.0_f64;
     for _ in 0..400_000 {

@@ -23,7 +23,7 @@ fn bound(case: &Case) -> Option<f64> {
 }
 
 #[test]
-fn no_value_is_steeper_than_its_row_says() {
+fn no_value_is_steeper_than_its_row_states() {
     // Guards of a repetition apply to a folded point; their discontinuities are those of the repetition.
     // The ends of a partial turn and the inside of an elongation apply to a transformed point. An edge of a
     // polygon depends on the others.
@@ -57,7 +57,7 @@ fn no_value_is_steeper_than_its_row_says() {
 }
 
 #[test]
-fn no_map_stretches_more_than_its_row_says() {
+fn no_map_stretches_more_than_its_row_states() {
     for case in cases(8, 5, |op| op.row().output == Output::Point && !is_math(op)) {
         let mut random = Random::for_case(7, &case.name());
         // Long enough that the errors of elementary functions, about 2e-7, stay below the margin.

@@ -108,8 +108,8 @@ fn parameters_lie_where_a_kernel_reads_them() {
 /// The prepared numbers are those that the body reads: equally many, all finite.
 #[test]
 fn arguments_become_parameters() {
-    let mut random = Random::new(90);
     for row in ROWS {
+        let mut random = Random::for_case(90, row.name);
         let expected: usize = row.parameters.iter().map(|p| p.ty.width()).sum();
         for _ in 0..20 {
             let arguments = random.arguments(row.op);

@@ -38,7 +38,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn only_endless_figures_are_cut() {
+    fn only_endless_2d_shapes_are_clipped() {
         let disc = "# a disc\n_0 var-x\n_1 abs _0\n\n";
         assert!(bounded(disc, 2.0).contains("view-all max _1 view-slab"));
         let solid = "_0 var-z\n";

@@ -195,7 +195,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_not_exact_does_not_repeat() {
+    fn inexact_frequencies_have_no_period() {
         let x = AxisDependence::Linear(1.0);
         assert_eq!(x.times(Some(3.0)).wave(), AxisDependence::Periodic(3.0));
         assert_eq!(x.times(Some(0.1)).times(Some(0.3)), AxisDependence::Other);

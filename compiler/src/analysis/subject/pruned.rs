@@ -84,7 +84,7 @@ mod tests {
 
     /// Boxes are halved towards a corner, along the axes in turn, and evaluated at their centres.
     #[test]
-    fn what_is_left_of_a_program_keeps_its_values() {
+    fn pruned_programs_keep_their_values() {
         let program = parse(LISTING).expect("a program");
         let mut field = PrunedField::new(&program);
         let mut shorter = 0;

@@ -3,14 +3,14 @@
 use super::*;
 use sdfc_runtime::engine::open_on;
 use sdfc_runtime::gpu::{AdapterPreference, Gpu};
+use sdfc_trials::skip::is_gpu_skipped;
 
 /// Opens an engine. A missing device fails the test unless `SDFC_SKIP_GPU` states a reason.
 fn engine(kind: EngineKind) -> Option<Box<dyn Engine>> {
     if kind == EngineKind::Cpu {
         return Some(open(kind).expect("there is always a CPU"));
     }
-    if let Ok(reason) = std::env::var("SDFC_SKIP_GPU") {
-        eprintln!("skipped: {reason}");
+    if is_gpu_skipped() {
         return None;
     }
     let gpu = Gpu::open(AdapterPreference::Any);

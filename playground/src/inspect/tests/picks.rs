@@ -34,7 +34,7 @@ fn showing(x: f64, y: f64) -> [u32; 2] {
 }
 
 #[test]
-fn each_ball_is_its_line_of_the_text() {
+fn each_sphere_is_picked_as_its_line_of_the_text() {
     let mut fixture = Fixture::new(SPHERES, [160, 90]);
     let frame = fixture.frame();
     let picks: Vec<Pick> = [-3.0, 0.0, 3.0]
@@ -139,7 +139,7 @@ fn a_hole_was_made_by_what_cut_it() {
 }
 
 #[test]
-fn a_figure_is_known_beside_it_too() {
+fn a_2d_shape_is_picked_beside_it_too() {
     let mut fixture = Fixture::new("circle(1) | rect(1).translate(2, 0)", [64, 64]);
     let frame = fixture.frame();
     let corner = pick(&mut fixture, &frame, [0, 0]).expect("the plane");

@@ -20,7 +20,7 @@ fn level(front: FrontSurfaces) -> Slice {
 }
 
 #[test]
-fn what_is_asked_lies_on_the_plane_and_before_the_surface() {
+fn sampled_points_lie_on_the_plane_and_before_the_surface() {
     let mut fixture = Fixture::new(SPHERE, [160, 90]);
     let frame = fixture.frame();
     let visible = level(FrontSurfaces::Opaque)
@@ -143,7 +143,7 @@ fn colours_are_those_of_the_mode_distance() {
 }
 
 #[test]
-fn where_the_field_is_the_same_all_over_there_are_no_lines() {
+fn constant_fields_have_no_lines() {
     // The slice lies 0.5 above the floor, at the distance of a line, or in the floor.
     for height in [0.5, 0.0] {
         let text = "camera { from: [0, 3, 6], look: [0, 0.5, 0], fov: 40deg }\nplane(Y)";
@@ -187,7 +187,7 @@ fn a_plane_that_lies_in_a_surface_is_seen() {
 }
 
 #[test]
-fn a_slice_of_a_figure_is_its_plane() {
+fn a_slice_of_a_2d_shape_is_its_plane() {
     let mut fixture = Fixture::new("circle(1)", [64, 64]);
     let frame = fixture.frame();
     let cut = level(FrontSurfaces::Opaque).visible_part(&frame, &fixture.settings);

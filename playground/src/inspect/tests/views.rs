@@ -70,7 +70,7 @@ fn a_stated_slope_that_does_not_hold_is_marked_where_it_does_not() {
 }
 
 #[test]
-fn slopes_that_hold_are_marked_nowhere_and_slow_ones_told() {
+fn valid_slopes_are_not_marked_and_slow_ones_are_counted() {
     for (steep, slow) in [("2", false), ("1.01", false), ("0.9", true)] {
         let mut fixture = Fixture::new(&stating(steep), [64, 64]);
         let frame = fixture.frame();

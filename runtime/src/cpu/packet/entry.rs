@@ -254,7 +254,7 @@ mod tests {
     /// Beyond its leaf a field may have its global slope bound. So the empty sphere around an entry point is no
     /// larger than the value there.
     #[test]
-    fn no_more_is_clear_of_surfaces_than_the_value_says() {
+    fn empty_spheres_are_no_larger_than_the_value() {
         let cells = cells();
         let leaf = cells.leaves().next().expect("a leaf");
         for slope in [0.1, 0.5, 1.0] {

@@ -178,7 +178,7 @@ mod tests {
     }
 
     #[test]
-    fn images_round_up_to_whole_workgroups() {
+    fn images_round_up_to_full_workgroups() {
         let image = Extent::Grid {
             width: 17,
             height: 8,

@@ -298,7 +298,7 @@ fn rows_with_promises() -> Vec<Op> {
 }
 
 #[test]
-fn operations_are_as_exact_as_their_rows_say() {
+fn operations_are_as_exact_as_their_rows_state() {
     let rows_with_promises = rows_with_promises();
     let measured = Mutex::new(BTreeMap::new());
     let violations = Mutex::new(BTreeMap::new());

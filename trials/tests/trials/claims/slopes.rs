@@ -181,7 +181,7 @@ fn shapes_of_files_are_no_steeper_than_stated() {
 }
 
 #[test]
-fn a_field_without_a_bound_is_said_to_have_none() {
+fn a_field_without_a_bound_is_reported_as_unbounded() {
     assert!(valid_shape("field(fn(p) => 1 / p.x, within: 2)").has_estimated_bound);
     assert!(!valid_shape("field(fn(p) => 2 * p.x, within: 2)").has_estimated_bound);
 }

@@ -7,7 +7,7 @@ use sdfc_compiler::expression::ExprId;
 use sdfc_compiler::graph::{Graph, GraphNode, GraphNumber, NodeId};
 use sdfc_compiler::scene::{Scene, Shape, ShapeId, ShapeKind};
 use sdfc_compiler::schedule::schedule;
-use sdfc_trials::oracle::Oracle;
+use sdfc_trials::oracle::{Oracle, children};
 use sdfc_vm::bounds::Bounds;
 use sdfc_vm::evaluate::{evaluate_f64, gradient};
 use sdfc_vm::program::Program;
@@ -333,23 +333,4 @@ fn preserves_distances(scene: &Scene, matrix: &[ExprId; 12], scale: ExprId) -> b
         let expected = if a == b { 1.0 } else { 0.0 };
         (dot(a, b) - expected).abs() < 1e-9
     })
-}
-
-/// Returns the operands of a shape.
-fn children(kind: &ShapeKind) -> &[ShapeId] {
-    match kind {
-        ShapeKind::Combine { children, .. } => children,
-        ShapeKind::Frame { child, .. }
-        | ShapeKind::Repeat { child, .. }
-        | ShapeKind::Polar { child, .. }
-        | ShapeKind::Domain { child, .. }
-        | ShapeKind::Warp { child, .. }
-        | ShapeKind::Distance { child, .. }
-        | ShapeKind::Displace { child, .. }
-        | ShapeKind::Painted { child, .. } => std::slice::from_ref(child),
-        ShapeKind::Primitive { .. }
-        | ShapeKind::Field { .. }
-        | ShapeKind::Polygon { .. }
-        | ShapeKind::Nothing => &[],
-    }
 }

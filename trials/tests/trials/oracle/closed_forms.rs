@@ -48,7 +48,7 @@ fn is_undecided(oracle: &Oracle, origin: Point, direction: Point) -> bool {
 const FORWARD: Point = [0.0, 0.0, -1.0];
 
 #[test]
-fn a_ball_is_hit_where_the_quadratic_formula_says() {
+fn a_sphere_is_hit_at_the_roots_of_the_quadratic_formula() {
     let ball = oracle_for_text("sphere(1)");
     for x in [0.0, 0.3, 0.9, 0.999, 0.999_99] {
         let depth = f64::sqrt(1.0 - x * x);
@@ -197,7 +197,7 @@ fn copies_in_a_grid_and_around_an_axis_are_all_there() {
 }
 
 #[test]
-fn an_eye_inside_sees_surfaces_from_behind() {
+fn a_camera_inside_sees_surfaces_from_behind() {
     let room = oracle_for_text("box(4) - sphere(1)");
     assert_hit(&room, [1.5, 0.2, 0.1], [1.0, 0.0, 0.0], 0.5, true);
     let depth = (1.0 - 0.05_f64).sqrt();

@@ -171,7 +171,7 @@ fn values_of_endless_solids_are_distances() {
 }
 
 #[test]
-fn values_of_figures_are_distances() {
+fn values_of_2d_shapes_are_distances() {
     for text in SHAPES_2D {
         assert_distances(text, 2, |_| true);
     }
@@ -179,7 +179,7 @@ fn values_of_figures_are_distances() {
 
 /// Values of sheets follow from their level functions.
 #[test]
-fn periodic_surfaces_are_where_their_formulas_say() {
+fn periodic_surfaces_are_at_the_zeros_of_their_formulas() {
     let frequency = std::f64::consts::TAU / 0.8;
     type Level = fn(Point) -> f64;
     let levels: [(&str, Level); 3] = [

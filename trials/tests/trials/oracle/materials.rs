@@ -34,7 +34,7 @@ fn assert_materials(text: &str, expected: &[(Point, &str)]) {
 }
 
 #[test]
-fn of_a_union_the_nearer_operand_shows_and_of_equal_ones_the_first() {
+fn the_nearer_operand_of_a_union_is_visible_and_the_first_of_equal_ones() {
     let right_point = [1.5, 0.0, 0.0];
     let left_point = [-1.5, 0.0, 0.0];
     assert_materials(
@@ -54,7 +54,7 @@ fn of_a_union_the_nearer_operand_shows_and_of_equal_ones_the_first() {
 }
 
 #[test]
-fn of_paints_within_each_other_the_outermost_shows() {
+fn the_outermost_of_nested_paints_is_visible() {
     let top = [0.0, 0.5, 0.0];
     assert_materials(
         "box(1).material(red).translate(0, 0, 0).material(blue)",
@@ -67,7 +67,7 @@ fn of_paints_within_each_other_the_outermost_shows() {
 }
 
 #[test]
-fn what_has_no_paint_only_cuts() {
+fn unpainted_cutters_only_cut() {
     let (face, wall) = ([1.0, 0.9, 0.0], [0.5, 0.0, 0.0]);
     let hole = "cylinder(r: 0.5, h: 4)";
     assert_materials(

@@ -140,7 +140,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn no_question_has_a_denormal_answer() {
+    fn no_test_expression_has_a_denormal_result() {
         for [a, b, c, _] in test_triples() {
             for (expression, result) in EXPRESSIONS.iter().zip(expected_results([a, b, c])) {
                 assert!(

@@ -80,7 +80,7 @@ mod tests {
     }
 
     #[test]
-    fn what_has_one_right_answer_is_let_through() {
+    fn exact_operations_are_accepted() {
         for expression in [
             "a + b - a * b / b",
             "min(abs(a), max(-b, sqrt(floor(a))))",
@@ -94,7 +94,7 @@ mod tests {
     }
 
     #[test]
-    fn the_rest_is_refused() {
+    fn inexact_operations_are_refused() {
         for (expression, name) in [
             ("sin(a)", "Sin"),
             ("fma(a, b, a)", "Fma"),

@@ -201,7 +201,7 @@ fn other_languages_have_the_barriers() {
 }
 
 #[test]
-fn without_an_array_of_any_length_nothing_is_unknown() {
+fn without_an_array_of_any_length_there_are_no_barriers() {
     let floats = "@group(0) @binding(0) var<storage, read_write> v: vec4f;
              @compute @workgroup_size(1)
              fn main() { v = v * 2.0; }";
