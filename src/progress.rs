@@ -1,5 +1,5 @@
-//! Progress of long work, on stderr: nothing for work shorter than a blink, one changing line on a terminal,
-//! and elsewhere, on request, a line for each tenth.
+//! Progress of long work, on stderr. Work shorter than a blink writes nothing. On a terminal one line
+//! changes; elsewhere, on request, each tenth writes a line.
 
 use crate::terminal::Terminal;
 use std::sync::Mutex;

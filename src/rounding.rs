@@ -2,7 +2,7 @@
 
 use crate::scene::OpenedScene;
 use sdfc_runtime::render::RenderSettings;
-use sdfc_runtime::rounding::{ErrorBound, FAR_DISTANCE, Rounding, rounding, visible_error};
+use sdfc_runtime::rounding::{ErrorBound, FAR_SAMPLE_DISTANCE, Rounding, rounding, visible_error};
 use sdfc_runtime::settings::{Overrides, resolve};
 use serde_json::{Value, json};
 
@@ -13,8 +13,13 @@ const MAX_MEANINGFUL_PIXELS: f64 = 1e6;
 
 /// Returns the rounding error of a scene; `None` where its settings make no picture.
 pub(crate) fn for_scene(opened: &OpenedScene) -> Option<Rounding> {
-    let settings = resolve(opened.module(), &opened.outputs, &Overrides::default()).ok()?;
-    Some(rounding(opened.module(), &opened.outputs, &settings))
+    let settings = resolve(
+        opened.module(),
+        &opened.uniform_values,
+        &Overrides::default(),
+    )
+    .ok()?;
+    Some(rounding(opened.module(), &opened.uniform_values, &settings))
 }
 
 /// Returns the facts for people, a line each.
@@ -25,7 +30,7 @@ pub(crate) fn report_lines(rounding: &Rounding) -> Vec<String> {
     });
     let far_error = rounding.far.is_finite().then_some(rounding.far);
     let far_error =
-        far_error.map(|error| format!("{error:.1e} at {FAR_DISTANCE:e} from the origin"));
+        far_error.map(|error| format!("{error:.1e} at {FAR_SAMPLE_DISTANCE:e} from the origin"));
     let field_errors: Vec<_> = in_bounds.into_iter().chain(far_error).collect();
     let field_errors = (!field_errors.is_empty()).then(|| field_errors.join(", "));
     let in_picture = rounding.visible.map(|worst| {
@@ -67,7 +72,11 @@ pub(crate) fn warning(rounding: &Rounding) -> Option<String> {
 
 /// Returns that warning for a picture with these settings.
 pub(crate) fn warning_in(opened: &OpenedScene, settings: &RenderSettings) -> Option<String> {
-    visible_error_warning(visible_error(opened.module(), &opened.outputs, settings))
+    visible_error_warning(visible_error(
+        opened.module(),
+        &opened.uniform_values,
+        settings,
+    ))
 }
 
 fn visible_error_warning(error: Option<ErrorBound>) -> Option<String> {
@@ -103,7 +112,7 @@ pub(crate) fn as_json(rounding: &Rounding) -> Value {
     };
     json!({
         "within": worst(rounding.in_bounds),
-        "afar": { "distance": FAR_DISTANCE, "error": number(rounding.far) },
+        "afar": { "distance": FAR_SAMPLE_DISTANCE, "error": number(rounding.far) },
         "pixels": worst(rounding.visible),
     })
 }

@@ -1,8 +1,8 @@
 //! Scenes from their files, compiled: `.sdf` text, `.sdfb` bytecode, or the clauses of a `.vm` file.
 //!
-//! This module converts a path and flags to input of the engines, the same for all subcommands: [`read`]
-//! distinguishes the kinds of files, [`compile()`] compiles programs and collects diagnostics, and [`open()`]
-//! does both and reports them to the user.
+//! This module converts a path and flags to input of the engines, the same for all subcommands. [`read`]
+//! distinguishes the kinds of files. [`compile()`] compiles programs and collects diagnostics. [`open()`] does
+//! both and reports the diagnostics.
 
 pub(crate) mod lod;
 
@@ -166,7 +166,7 @@ impl OpenedScene {
     pub(crate) fn loaded_scene_without_source(&self) -> SceneInput<'_> {
         SceneInput {
             module: self.module(),
-            outputs: &self.scene.outputs,
+            uniform_values: &self.scene.uniform_values,
             generated: SceneSource::default(),
         }
     }
@@ -195,13 +195,13 @@ pub(crate) fn elaborated(
     build.request(path, |request| Ok(open::elaborate_text(text, request)))
 }
 
-/// Returns the scene that clauses define.
-pub(crate) fn clauses(
+/// Returns the scene that a text of Fidget defines.
+pub(crate) fn fidget_text(
     path: &Path,
     text: String,
     build: &BuildArgs,
 ) -> Result<OpenResult<Scene>, Failure> {
-    build.request(path, |request| open::elaborate_clauses(text, request))
+    build.request(path, |request| open::elaborate_fidget_text(text, request))
 }
 
 /// Compiles the content of a file.

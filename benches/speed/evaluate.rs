@@ -58,11 +58,11 @@ pub(crate) fn bench(criterion: &mut Criterion) {
 /// Measures a query on an engine, if it is available on this machine.
 fn query(group: &mut BenchmarkGroup<'_, WallTime>, compiled: &Compiled, kind: EngineKind) {
     let mut module = compiled.module.clone();
-    let outputs = module.update(0.0);
+    let uniform_values = module.update(0.0);
     let generated = compiled.generated();
     let scene = SceneInput {
         module: &module,
-        outputs: &outputs,
+        uniform_values: &uniform_values,
         generated: SceneSource {
             text: &generated.text,
             calls: &generated.calls,

@@ -11,22 +11,22 @@ use sdfc_shaders::assemble::SceneSource;
 pub(crate) fn bench(criterion: &mut Criterion) {
     let compiled = scenes::compile_scene(&scenes::text(50));
     let mut module = compiled.module.clone();
-    let outputs = module.update(0.0);
+    let uniform_values = module.update(0.0);
     let generated = compiled.generated();
     let scene = SceneInput {
         module: &module,
-        outputs: &outputs,
+        uniform_values: &uniform_values,
         generated: SceneSource {
             text: &generated.text,
             calls: &generated.calls,
         },
     };
-    let settings = resolve(&module, &outputs, &Overrides::default()).expect("a view");
+    let settings = resolve(&module, &uniform_values, &Overrides::default()).expect("a view");
     let tiny = Overrides {
         size: Some([16, 9]),
         ..Overrides::default()
     };
-    let tiny = resolve(&module, &outputs, &tiny).expect("a view");
+    let tiny = resolve(&module, &uniform_values, &tiny).expect("a view");
 
     let mut group = criterion.benchmark_group("render 50 primitives");
     group.sample_size(10);

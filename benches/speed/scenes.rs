@@ -22,12 +22,12 @@ pub(crate) fn text(count: usize) -> String {
     for i in 0..count {
         // Groups are on a grid, and the members of a group are close enough to overlap.
         let (group, member) = (i / 5, i % 5);
-        let cell_center = |n: usize| ((n % side) as f64 + 0.5) * cell - 4.0;
+        let cell_centre = |n: usize| ((n % side) as f64 + 0.5) * cell - 4.0;
         let offset = |n: usize| cell * 0.2 * ((member * n % 5) as f64 - 2.0) / 2.0;
         let position = [
-            cell_center(group) + offset(1),
-            cell_center(group / side) + offset(2),
-            cell_center(group / side / side) + offset(3),
+            cell_centre(group) + offset(1),
+            cell_centre(group / side) + offset(2),
+            cell_centre(group / side / side) + offset(3),
         ];
         // Sizes differ, so that no two primitives are equal.
         let size = cell * (0.25 + 0.2 * (i * 7 % 11) as f64 / 11.0);

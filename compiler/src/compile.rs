@@ -83,7 +83,7 @@ impl Compiled {
         apply_params(&mut self.module, context.as_deref(), time)
     }
 
-    /// Does the same for a copy of the module.
+    /// Updates `module`, a copy of this scene's module, as [`Self::update`] does.
     pub fn update_module(&self, module: &mut Module, time: f64) -> Vec<f64> {
         apply_params(module, self.bounds_context.as_deref(), time)
     }
@@ -156,8 +156,8 @@ pub(crate) fn compile_with(
         return (None, vec![nothing_to_draw(&scene, options)]);
     };
     let mut uniforms = Uniforms::new(scene.params.iter().map(|param| param.value.len()));
-    let mut lasting_boxes = ShapeBounds::for_all_params();
-    let root = extend_cutters_with_bounds(&mut scene, &mut lasting_boxes, root);
+    let mut bounds_for_all_params = ShapeBounds::for_all_params();
+    let root = extend_cutters_with_bounds(&mut scene, &mut bounds_for_all_params, root);
     let root = distribute_maps(&mut scene, root);
     let mut current_boxes = ShapeBounds::at_time_and_values(0.0, HashMap::new());
     let subject = subject(&mut scene, &mut current_boxes, root);
@@ -169,7 +169,7 @@ pub(crate) fn compile_with(
         Purpose::Distance,
         &mut slopes,
         &mut uniforms,
-        &mut lasting_boxes,
+        &mut bounds_for_all_params,
     );
     let context = |purpose| Context {
         purpose,
@@ -185,7 +185,7 @@ pub(crate) fn compile_with(
                 root,
                 &mut slopes,
                 &mut uniforms,
-                &mut lasting_boxes,
+                &mut bounds_for_all_params,
             );
             *leaf_tracker = new_tracker;
             Some((graph, Purpose::LeafIds))
@@ -198,7 +198,7 @@ pub(crate) fn compile_with(
                 purpose,
                 &mut slopes,
                 &mut uniforms,
-                &mut lasting_boxes,
+                &mut bounds_for_all_params,
             );
             Some((graph, purpose))
         }
@@ -217,7 +217,7 @@ pub(crate) fn compile_with(
         diagnostics.extend(
             SeamSearch {
                 scene: &mut scene,
-                bounds_cache: &mut lasting_boxes,
+                bounds_cache: &mut bounds_for_all_params,
                 current_bounds: &mut current_boxes,
                 slopes: &mut slopes,
                 params: &params,
@@ -239,20 +239,20 @@ pub(crate) fn compile_with(
                     purpose,
                     &mut slopes,
                     &mut uniforms,
-                    &mut lasting_boxes,
+                    &mut bounds_for_all_params,
                 )
                 .0
             });
             (graph, bounds)
         });
-    let world = SceneRef::from(&scene);
+    let scene_ref = SceneRef::from(&scene);
     let current_bounds = CurrentBounds {
-        bounds: ShapeBounds::at_time_and_values(options.time, HashMap::new()).get(world, root),
+        bounds: ShapeBounds::at_time_and_values(options.time, HashMap::new()).get(scene_ref, root),
         params: param_values(&scene),
         time: options.time,
     };
-    let bounds = current_boxes.get(world, root);
-    let bounds_for_all = lasting_boxes.get(world, root);
+    let bounds = current_boxes.get(scene_ref, root);
+    let bounds_for_all = bounds_for_all_params.get(scene_ref, root);
     let settings = build_settings(
         &mut scene,
         fallback,
@@ -265,19 +265,19 @@ pub(crate) fn compile_with(
         uniforms: uniforms.finish(),
         settings,
     };
-    let outputs = module.update(0.0);
+    let uniform_values = module.update(0.0);
     module.settings.subject = subject.and_then(|(graph, bounds)| match graph {
         Some(graph) => {
             let mut program = schedule(&graph);
-            let outputs_f32: Vec<f32> = outputs.iter().map(|&v| v as f32).collect();
-            program.patch(&outputs_f32);
+            let uniform_values_f32: Vec<f32> = uniform_values.iter().map(|&v| v as f32).collect();
+            program.patch(&uniform_values_f32);
             outline(&program, &bounds)
         }
         None => outline(&module.distance, &bounds),
     });
     let span = scene.shapes[root.0 as usize].span;
     diagnostics.extend(verification_errors(&module, span));
-    diagnostics.extend(failed_checks(&scene, &module, &outputs));
+    diagnostics.extend(failed_checks(&scene, &module, &uniform_values));
     if diagnostics.iter().any(Diagnostic::is_error) {
         return (None, diagnostics);
     }
@@ -397,7 +397,7 @@ fn build_settings(
     let expressions = &scene.expressions;
     let mut setting = |id: ExprId| match expressions.as_constant(id) {
         Some(v) => SettingValue::Constant(v),
-        None => match uniforms.number(expressions, id) {
+        None => match uniforms.intern(expressions, id) {
             GraphNumber::Constant(v) => SettingValue::Constant(v.into()),
             GraphNumber::Uniform(output) => SettingValue::Uniform(output),
         },
@@ -443,7 +443,7 @@ fn build_settings(
         sky,
         render,
         animation: scene.animation,
-        is_plane: scene.plane,
+        is_2d: scene.is_2d,
         z_up: scene.z_up,
         bounds,
         subject: None,
@@ -464,8 +464,8 @@ fn build_settings(
 /// Returns the verifier's errors as diagnostics: a compiled program can only exceed the format's
 /// limits.
 fn verification_errors(module: &Module, span: Span) -> Vec<Diagnostic> {
-    let outputs = module.uniforms.outputs.len();
-    let check = |program: &Program, surface: bool| verify(program, outputs, surface).err();
+    let output_count = module.uniforms.outputs.len();
+    let check = |program: &Program, surface: bool| verify(program, output_count, surface).err();
     let mut errors = vec![check(&module.distance, false)];
     errors.push(
         module
@@ -490,11 +490,11 @@ fn verification_errors(module: &Module, span: Span) -> Vec<Diagnostic> {
 }
 
 /// Returns the checks that fail for the current values of the parameters.
-fn failed_checks(scene: &Scene, module: &Module, outputs: &[f64]) -> Vec<Diagnostic> {
+fn failed_checks(scene: &Scene, module: &Module, uniform_values: &[f64]) -> Vec<Diagnostic> {
     let checks = module.settings.checks.iter().zip(&scene.checks);
     checks
         .filter(|(check, _)| {
-            let value = check.value.value(outputs);
+            let value = check.value.value(uniform_values);
             if check.strict {
                 value.is_nan() || value <= 0.0
             } else {

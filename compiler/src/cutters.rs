@@ -3,8 +3,8 @@
 //! `a - b` is the maximum of a's value and the negative of b's. Where a flat face of `b` ends in a face of
 //! `a`, or slightly beyond it, both values are small although no surface is near. Then offsets and shells
 //! close the hole, light shows an edge that does not exist, and rays take short steps. So a flat face of a
-//! cutter is moved outwards by up to the size of the body. The extension must be proved to remove nothing:
-//! bounding boxes prove that nothing of the body lies in it, or intervals that other cutters remove it
+//! cutter is moved outwards by up to the size of the body. The extension must be proved to remove nothing.
+//! Bounding boxes prove that nothing of the body lies in it, or intervals that other cutters remove it
 //! anyway. The solid stays the same set of points; its field is closer to the distance.
 //!
 //! Walls that are straight at the face keep their profile (`straight`). Sloping walls are prolonged
@@ -157,7 +157,7 @@ impl CutterExtension<'_> {
                 op,
                 children,
                 parameters,
-            } if op.row().meta.set == Some(SetOperation::Subtraction) => {
+            } if op.row().facts.set == Some(SetOperation::Subtraction) => {
                 let blend_radius = match (*op, parameters.first()) {
                     (Op::Subtraction, _) => Some(0.0),
                     // The exponential blend has infinite support.

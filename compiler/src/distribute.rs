@@ -102,7 +102,7 @@ impl MapDistributor<'_> {
 
     /// Groups adjacent operands whose values are distances. The order stays, since it decides the material.
     fn group_distances(&mut self, id: ShapeId, op: Op, operands: Vec<ShapeId>) -> Vec<ShapeId> {
-        if op.row().meta.set == Some(SetOperation::Subtraction) {
+        if op.row().facts.set == Some(SetOperation::Subtraction) {
             return operands;
         }
         let mut groups: Vec<(bool, Vec<ShapeId>)> = Vec::new();

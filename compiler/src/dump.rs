@@ -246,10 +246,10 @@ fn shape_line(shape: &Shape, formulas: &FormulaTable<'_>) -> String {
         ShapeKind::Painted { child, material } => format!("paint s{} m{}", child.0, material.0),
         ShapeKind::Nothing => "nothing".to_owned(),
     };
-    let plane = if shape.plane { " (2D)" } else { "" };
+    let dimension = if shape.is_2d { " (2D)" } else { "" };
     match shape.name.as_str() {
-        "" => format!("= {definition}{plane}"),
-        name => format!("{name} = {definition}{plane}"),
+        "" => format!("= {definition}{dimension}"),
+        name => format!("{name} = {definition}{dimension}"),
     }
 }
 

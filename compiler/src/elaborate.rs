@@ -152,7 +152,7 @@ fn evaluate(
 
 /// An active call of a function of the scene.
 #[derive(Clone, Copy, Debug)]
-struct Active<'a> {
+struct CallFrame<'a> {
     /// Call site.
     site: Span,
     /// Name of the function.
@@ -177,7 +177,7 @@ struct Elaborator<'a> {
     unit_mm: f64,
     z_up: bool,
 
-    graph: Expressions,
+    expressions: Expressions,
     uniform_values: UniformValues,
     params: Vec<SceneParam>,
     shapes: Vec<Shape>,
@@ -205,7 +205,7 @@ struct Elaborator<'a> {
     root: Option<ShapeId>,
 
     globals: Vec<Globals<'a>>,
-    calls: Vec<Active<'a>>,
+    calls: Vec<CallFrame<'a>>,
     /// Conditions on parameters under which the current evaluation takes effect.
     path_conditions: Vec<ExprId>,
     steps: u64,
@@ -223,8 +223,8 @@ impl<'a> Elaborator<'a> {
         options: &'a Options<'a>,
         structural: BTreeSet<u32>,
     ) -> Self {
-        let mut graph = Expressions::default();
-        let mut c = |v: f64| graph.constant(v);
+        let mut expressions = Expressions::default();
+        let mut c = |v: f64| expressions.constant(v);
         let default_material = Material {
             name: String::new(),
             albedo: [c(0.62), c(0.62), c(0.6)],
@@ -242,7 +242,7 @@ impl<'a> Elaborator<'a> {
             demanded: BTreeSet::new(),
             unit_mm: 1000.0,
             z_up: false,
-            graph,
+            expressions,
             uniform_values: UniformValues::default(),
             params: Vec::new(),
             shapes: Vec::new(),

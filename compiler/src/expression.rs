@@ -1,9 +1,10 @@
 //! Numbers that a scene computes: a hash-consed graph of scalar operations.
 //!
-//! Each number has one of four stages. *Constant* numbers are folded as they are built. *Uniform*
-//! numbers depend on live `param`s or `time`: they become a small program that runs once per change, in
-//! `f64`. *Point* numbers depend on the point of their field or material, *normal* numbers also on the
-//! surface's normal; they become instructions.
+//! Each number has one of four stages:
+//! - constant: folded as it is built;
+//! - uniform: depends on live `param`s or `time`, and is computed once per change, in `f64`;
+//! - point: depends on the point of its field or material, and becomes instructions;
+//! - normal: depends on the surface's normal, too, and becomes instructions.
 //!
 //! The operations are the rows of the table, so a sum means the same at every stage.
 
@@ -59,7 +60,7 @@ pub enum Expression {
         op: Op,
         /// Point that it reads, if any.
         point: Option<[ExprId; 3]>,
-        /// Operands.
+        /// Operands, in the row's order; each has a smaller index.
         values: Vec<ExprId>,
         /// Numbers of its parameters, without gaps; of uniform stage at the latest.
         parameters: Vec<ExprId>,
@@ -97,7 +98,7 @@ impl Expressions {
         let nodes = self.nodes.iter().enumerate().skip(start);
         nodes.map(|(index, (node, stage))| (ExprId(index as u32), node, *stage))
     }
-    /// Returns the number of different numbers.
+    /// Returns the number of distinct numbers.
     pub fn len(&self) -> usize {
         self.nodes.len()
     }

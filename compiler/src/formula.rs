@@ -1,7 +1,7 @@
 //! Values of shapes and of numbers at any point, expanded to numbers of the scene: plain, or with their
 //! gradients.
 //!
-//! The graph of numbers is lent to [`Symbolic`] during the expansion, so definitions are copied from it
+//! The expressions are lent to [`Symbolic`] during the expansion, so definitions are copied from them
 //! before.
 
 use crate::expression::{ExprId, Expression, Expressions, Stage};
@@ -79,20 +79,24 @@ pub(crate) struct Formula {
 
 impl Formula {
     /// Copies the definition of a number.
-    pub(crate) fn read(&mut self, graph: &Expressions, id: ExprId) {
-        let order = operands_first(graph, id, |id| graph.stage(id) <= Stage::Uniform);
-        let steps = order.into_iter().map(|id| (id, graph.get(id).clone()));
+    pub(crate) fn read(&mut self, expressions: &Expressions, id: ExprId) {
+        let order = operands_first(expressions, id, |id| {
+            expressions.stage(id) <= Stage::Uniform
+        });
+        let steps = order
+            .into_iter()
+            .map(|id| (id, expressions.get(id).clone()));
         self.numbers.entry(id).or_insert_with(|| steps.collect());
     }
 
     /// Copies the definitions of all written numbers of a shape.
-    pub(crate) fn read_shape(&mut self, graph: &Expressions, shapes: &[Shape], id: ShapeId) {
+    pub(crate) fn read_shape(&mut self, expressions: &Expressions, shapes: &[Shape], id: ShapeId) {
         let kind = &shapes[id.0 as usize].kind;
         for &number in numbers(kind) {
-            self.read(graph, number);
+            self.read(expressions, number);
         }
         for &child in children(kind) {
-            self.read_shape(graph, shapes, child);
+            self.read_shape(expressions, shapes, child);
         }
     }
 

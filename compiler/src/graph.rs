@@ -76,27 +76,27 @@ pub enum GraphNode {
     World,
     /// A point moved by a vector.
     Moved {
-        /// Point.
+        /// Node of the point that is moved.
         point: NodeId,
-        /// Vector.
+        /// Translation in the point's frame, along x, y and z.
         by: [GraphNumber; 3],
     },
     /// A point mapped by three rows of three factors and a shift.
     Mapped {
-        /// Point.
+        /// Node of the point that is mapped.
         point: NodeId,
-        /// Rows.
+        /// Row-major 3×4 matrix from the point's frame to the new one: three factors and a shift per row.
         rows: [GraphNumber; 12],
     },
     /// A number.
     Constant(GraphNumber),
     /// An operation of the table.
     Apply {
-        /// Operation.
+        /// Row of the table that is applied.
         op: Op,
         /// Point that it reads, if any.
         point: Option<NodeId>,
-        /// Operands.
+        /// Nodes of the operands, in the row's order.
         values: Vec<NodeId>,
         /// Numbers of its parameters, without gaps.
         parameters: Vec<GraphNumber>,
@@ -115,14 +115,14 @@ pub enum GraphNode {
     },
     /// A component of the normal in the frame of a point; only in graphs of surfaces.
     Normal {
-        /// Point.
+        /// Node of the point in whose frame the normal is given.
         point: NodeId,
-        /// Index of the component.
+        /// Index of the component: 0 to 2 for x, y and z.
         axis: u8,
     },
     /// A value in a material; only in graphs of surfaces.
     Paint {
-        /// Value.
+        /// Node of the distance that is painted.
         value: NodeId,
         /// Albedo, roughness, emission, metallic, the material's number, and a flag for a bump.
         constants: [GraphNumber; 12],
@@ -229,7 +229,7 @@ impl GraphNode {
 pub struct Origin {
     /// Name in the scene; empty if there is none.
     pub name: String,
-    /// Text.
+    /// Place in the text that made the node, if there is one.
     pub span: Option<Span>,
 }
 

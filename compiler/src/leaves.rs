@@ -1,8 +1,8 @@
 //! Leaves of a scene, and the shapes that enclose them.
 //!
-//! A leaf is one *occurrence* of a primitive, a raw field or a polygon: copies that a loop makes, or a
-//! shape that is used twice, are separate leaves with the same span. Copies that space itself makes
-//! (`repeat`, `polar`, `mirror`) are one leaf.
+//! A leaf is one *occurrence* of a primitive, a raw field or a polygon. Copies that a loop makes, or a shape
+//! that is used twice, are separate leaves with the same span. Copies that space itself makes (`repeat`,
+//! `polar`, `mirror`) are one leaf.
 
 use crate::scene::{Shape, ShapeKind};
 use sdfc_lang::Span;

@@ -2,7 +2,6 @@
 //! text and options produce equal bytes. It does no input or output and uses no GPU.
 
 pub mod analysis;
-pub mod clauses;
 pub mod compile;
 pub mod cutters;
 mod distribute;
@@ -10,6 +9,7 @@ pub mod dump;
 pub mod elaborate;
 pub mod export;
 pub mod expression;
+pub mod fidget_text;
 mod formula;
 pub mod graph;
 mod leaves;

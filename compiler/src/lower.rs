@@ -3,11 +3,11 @@
 //! Rigid motions, scales and other affine maps are composed on the way down and never follow each other
 //! in the graph.
 //!
-//! A shape has the value that the scene writes wherever that value matters: under offsets, shells,
-//! blends and displacements. Set operations without a blend compare signs only. There, and at the root,
-//! a value that could change faster than the point moves (of a raw field, a twist, a displacement)
-//! becomes a safe step to its surface (`step`). So only this shape is slowed down. Bounds and slopes
-//! therefore never move a surface.
+//! A shape has the value that the scene writes wherever that value matters: under offsets, shells, blends and
+//! displacements. Set operations without a blend compare signs only. There, and at the root, a value may
+//! change faster than the point moves: that of a raw field, a twist, a displacement. It becomes a safe step
+//! to its surface (`step`). So only this shape is slowed down. Bounds and slopes therefore never move a
+//! surface.
 //!
 //! A scene is lowered twice: for its distance, and for its surface. In the graph of the surface,
 //! material assignments stay, or each leaf has a material of its own ([`crate::provenance`]).
@@ -160,7 +160,7 @@ struct Lowering<'a> {
 
 impl Lowering<'_> {
     fn number(&mut self, id: ExprId) -> GraphNumber {
-        self.uniforms.number(&self.scene.expressions, id)
+        self.uniforms.intern(&self.scene.expressions, id)
     }
 
     fn numbers(&mut self, ids: &[ExprId]) -> Vec<GraphNumber> {
@@ -405,7 +405,7 @@ impl Lowering<'_> {
             use SetOperation::{Intersection, Subtraction};
             let set = op
                 .row()
-                .meta
+                .facts
                 .set
                 .filter(|_| self.purpose == Purpose::Surface);
             let paint_source = match (set, materials, other) {
@@ -438,7 +438,7 @@ impl Lowering<'_> {
             region: Bounds::ALL_SPACE,
             ..local_point
         };
-        match op.row().meta.set.filter(|_| value_use == ValueUse::Step) {
+        match op.row().facts.set.filter(|_| value_use == ValueUse::Step) {
             Some(Union) => [local_point; 2],
             Some(Subtraction) => [local_point, unbounded],
             Some(Intersection) => {
@@ -636,7 +636,7 @@ impl Lowering<'_> {
 
 /// Returns the use of an operation's operands.
 fn operand_use(op: Op, value_use: ValueUse) -> ValueUse {
-    if op.row().meta.only_signs {
+    if op.row().facts.uses_only_signs {
         value_use
     } else {
         ValueUse::Written

@@ -5,9 +5,9 @@
 
 mod bytecode;
 
-use crate::clauses::parse_clauses;
 use crate::compile::{self, Compiled};
 use crate::elaborate::{self, Loader, elaborate};
+use crate::fidget_text::parse_fidget_text;
 use crate::passes::PassOptions;
 use crate::passes::lod::LodTarget;
 use crate::scene::Scene;
@@ -23,7 +23,7 @@ pub enum SceneFile {
     /// Verified bytecode.
     Bytecode(Box<Module>),
     /// One operation per line, as Fidget and libfive write them.
-    Clauses(String),
+    FidgetText(String),
 }
 
 impl SceneFile {
@@ -41,7 +41,7 @@ impl SceneFile {
         }
         let text = decode_text(path, bytes)?;
         Ok(if is_named("vm") {
-            Self::Clauses(text)
+            Self::FidgetText(text)
         } else {
             Self::Text(text)
         })
@@ -104,17 +104,17 @@ pub struct CompiledScene {
     /// Programs and graphs, with the requested params and time.
     pub compiled: Compiled,
     /// Results of the uniform program.
-    pub outputs: Vec<f64>,
+    pub uniform_values: Vec<f64>,
     /// Output of `print`.
     pub printed: Vec<String>,
 }
 
 impl CompiledScene {
     fn new(mut compiled: Compiled, printed: Vec<String>, time: f64) -> Self {
-        let outputs = compiled.update(time);
+        let uniform_values = compiled.update(time);
         Self {
             compiled,
-            outputs,
+            uniform_values,
             printed,
         }
     }
@@ -137,19 +137,22 @@ pub fn elaborate_text(text: String, request: &Request<'_>) -> OpenResult<Scene> 
     }
 }
 
-/// Parses clauses to a scene.
+/// Parses the text of Fidget to a scene.
 ///
 /// # Errors
 ///
-/// Reports parameters that were passed: clauses have none.
-pub fn elaborate_clauses(text: String, request: &Request<'_>) -> Result<OpenResult<Scene>, String> {
+/// Reports parameters that were passed: such a text has none.
+pub fn elaborate_fidget_text(
+    text: String,
+    request: &Request<'_>,
+) -> Result<OpenResult<Scene>, String> {
     if let Some((name, _)) = request.overrides.first() {
         let path = request.path.display();
         return Err(format!("{path} has no params, so no `{name}`"));
     }
     let mut sources = Sources::new();
     let file = sources.add(request.path.display().to_string(), text);
-    let (value, diagnostics) = parse_clauses(&sources, file);
+    let (value, diagnostics) = parse_fidget_text(&sources, file);
     Ok(OpenResult {
         sources,
         diagnostics: diagnostics.into_iter().collect(),
@@ -168,7 +171,7 @@ pub fn open(
 ) -> Result<OpenResult<CompiledScene>, String> {
     let outcome = match content {
         SceneFile::Text(text) => elaborate_text(text, request),
-        SceneFile::Clauses(text) => elaborate_clauses(text, request)?,
+        SceneFile::FidgetText(text) => elaborate_fidget_text(text, request)?,
         SceneFile::Bytecode(module) => return bytecode::open_module(*module, request),
     };
     let OpenResult {

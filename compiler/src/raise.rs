@@ -7,7 +7,9 @@
 use crate::compile::Compiled;
 use crate::graph::{Graph, GraphChainStep, GraphNode, GraphNumber, Guard, NodeId};
 use sdfc_vm::blend::{Blend, BlendKernel};
-use sdfc_vm::program::{Code, Destination, Instruction, Module, Operands, PointTransform, Program};
+use sdfc_vm::program::{
+    Destination, Instruction, Module, Opcode, Operands, PointTransform, Program,
+};
 use sdfc_vm::table::{Op, ROWS, Row};
 use std::collections::HashMap;
 
@@ -202,12 +204,12 @@ impl Raiser<'_> {
         // value that is popped and pushed again is unchanged.
         if let Some(block) = self.blocks.last_mut()
             && remaining < block.depth
-            && !(i.code == Code::Top && i.destination == Destination::Push)
+            && !(i.code == Opcode::Top && i.destination == Destination::Push)
         {
             block.steps = None;
         }
         let result = match i.code {
-            Code::Op(op) => {
+            Opcode::Op(op) => {
                 let point = op.row().reads_point().then(|| self.point(i));
                 let values = self.operands(i);
                 let parameters = self.parameters(op.row(), i);
@@ -228,30 +230,30 @@ impl Raiser<'_> {
                 }
                 id
             }
-            Code::Load => self.slots[usize::from(i.slot)],
-            Code::Store => {
+            Opcode::Load => self.slots[usize::from(i.slot)],
+            Opcode::Store => {
                 let top = self.pop();
                 self.slots[usize::from(i.slot)] = top;
                 top
             }
-            Code::Top => self.pop(),
-            Code::Normal => {
+            Opcode::Top => self.pop(),
+            Opcode::Normal => {
                 let point = self.point(i);
                 self.graph.add(GraphNode::Normal {
                     point,
                     axis: i.slot,
                 })
             }
-            Code::Channel => {
+            Opcode::Channel => {
                 let value = self.pop();
                 self.channels.push((i.slot, value));
                 return;
             }
-            Code::Guard => {
+            Opcode::Guard => {
                 self.begin_block(instruction_index, i);
                 return;
             }
-            Code::Paint => {
+            Opcode::Paint => {
                 let value = self.pop();
                 let start = i.parameters as usize * 4;
                 let constants = std::array::from_fn(|k| self.number(start + k));
@@ -313,7 +315,7 @@ impl Raiser<'_> {
         };
         let row = ROWS
             .iter()
-            .find(|row| row.meta.blend == Some(wanted_blend))
+            .find(|row| row.facts.blend == Some(wanted_blend))
             .unwrap_or(&ROWS[0]);
         let start = index as usize * 4;
         let parameters: Vec<GraphNumber> = (0..row.parameters.len())

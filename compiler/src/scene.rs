@@ -43,7 +43,7 @@ pub struct Scene {
     pub cameras: Vec<SceneCamera>,
     /// Lights; a scene without any gets a key and a fill light.
     pub lights: Vec<SceneLight>,
-    /// Background.
+    /// Background, which also lights surfaces.
     pub sky: SceneSky,
     /// Render settings.
     pub render: SceneRender,
@@ -52,7 +52,7 @@ pub struct Scene {
     /// Conditions on uniform numbers, to be checked after every change of a live parameter.
     pub checks: Vec<SceneCheck>,
     /// Set if the scene is a 2-D shape (`shape2`), drawn face on.
-    pub plane: bool,
+    pub is_2d: bool,
     /// Set if z is the axis that points up (`scene { up: z }`).
     pub z_up: bool,
     /// Output of `print`.
@@ -91,7 +91,7 @@ impl<'s> From<&'s Scene> for SceneRef<'s> {
 /// A parameter.
 #[derive(Clone, Debug)]
 pub struct SceneParam {
-    /// Name.
+    /// Name in the text, by which it is set from outside.
     pub name: String,
     /// Text of its `///`.
     pub doc: String,
@@ -109,17 +109,17 @@ pub struct SceneParam {
     pub step: Option<f64>,
     /// Set if it determines the structure: then a change requires a new program.
     pub structural: bool,
-    /// Declaration.
+    /// Place of its declaration in the text.
     pub span: Span,
 }
 
 /// A shape: a solid, or a 2-D shape in the xy plane.
 #[derive(Clone, Debug)]
 pub struct Shape {
-    /// Definition.
+    /// Definition, which refers to other shapes by their indices.
     pub kind: ShapeKind,
     /// Set for a 2-D shape.
-    pub plane: bool,
+    pub is_2d: bool,
     /// Name in the text, for readable listings; empty if none.
     pub name: String,
     /// Text that made it.
@@ -131,7 +131,7 @@ pub struct Shape {
 pub enum ShapeKind {
     /// A row of shapes, with its parameters already prepared (`table::prepare`), without gaps.
     Primitive {
-        /// Row.
+        /// Row of [`sdfc_vm::row::Category::Shape3`] or [`sdfc_vm::row::Category::Shape2`].
         op: Op,
         /// Numbers of its parameters.
         parameters: Vec<ExprId>,
@@ -155,7 +155,7 @@ pub enum ShapeKind {
     Combine {
         /// Row of two values.
         op: Op,
-        /// Operands.
+        /// Operands, at least two, all 2-D shapes or all solids.
         children: Vec<ShapeId>,
         /// Prepared parameters of the row.
         parameters: Vec<ExprId>,
@@ -163,12 +163,12 @@ pub enum ShapeKind {
     /// The child in an affine frame: it is evaluated at `matrix · p`, and its distance is multiplied by
     /// `scale`.
     Frame {
-        /// Child.
+        /// Shape that it applies to.
         child: ShapeId,
         /// Map from the outer to the inner point: rows of three factors and a shift.
         matrix: [ExprId; 12],
-        /// Outer length of a distance in the inner frame: 1 for rigid motions, the factor of a uniform
-        /// scale, the smallest factor of a scale along axes.
+        /// Outer length of a unit of distance in the inner frame: 1 for rigid motions, else the factor of the
+        /// scale. Of a scale along axes it is the smallest factor.
         scale: ExprId,
     },
     /// The union of the child's copies in the cells of a grid.
@@ -195,42 +195,42 @@ pub enum ShapeKind {
     },
     /// The child evaluated at another point, by a row that returns a point.
     Domain {
-        /// Row.
+        /// Row that maps the point, or changes the distance.
         op: Op,
-        /// Child.
+        /// Shape that it applies to.
         child: ShapeId,
         /// Prepared parameters of the row.
         parameters: Vec<ExprId>,
     },
     /// The child evaluated at a point that the scene computes: three numbers of point stage.
     Warp {
-        /// Child.
+        /// Shape that it applies to.
         child: ShapeId,
-        /// Point.
+        /// Point at which the child is evaluated, in the same frame.
         point: ExprTriple,
     },
     /// The child's distance changed by a row of one value (`offset`, `shell`, …). A row that also reads
     /// the point reads the one outside the child.
     Distance {
-        /// Row.
+        /// Row that maps the point, or changes the distance.
         op: Op,
-        /// Child.
+        /// Shape that it applies to.
         child: ShapeId,
         /// Prepared parameters of the row.
         parameters: Vec<ExprId>,
     },
     /// The child with a number of point stage added to its distance.
     Displace {
-        /// Child.
+        /// Shape that it applies to.
         child: ShapeId,
-        /// Number.
+        /// Added amount, in the units of the child's distance.
         amount: ExprId,
     },
     /// The child in a material, whatever materials it had before.
     Painted {
-        /// Child.
+        /// Shape that it applies to.
         child: ShapeId,
-        /// Material.
+        /// Index of the material in the scene.
         material: MaterialId,
     },
     /// No shape at all; it occurs only alone, since the elaborator removes it from combinations.

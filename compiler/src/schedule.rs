@@ -10,7 +10,7 @@
 use crate::graph::{Graph, GraphChainStep, GraphNode, GraphNumber, NodeId};
 use sdfc_vm::blend::Blend;
 use sdfc_vm::pool::{PoolBuilder, PoolNumber};
-use sdfc_vm::program::{Code, Destination, Instruction, Operands, PointTransform, Program};
+use sdfc_vm::program::{Destination, Instruction, Opcode, Operands, PointTransform, Program};
 use sdfc_vm::table::Op;
 use std::collections::HashMap;
 
@@ -156,7 +156,7 @@ impl Scheduler<'_> {
                     let slot = channel;
                     self.code.push(Instruction {
                         slot,
-                        ..Instruction::new(Code::Channel)
+                        ..Instruction::new(Opcode::Channel)
                     });
                 }
                 ScheduleTask::Store(id) => self.store(id),
@@ -203,7 +203,7 @@ impl Scheduler<'_> {
             }
             self.code.push(Instruction {
                 slot,
-                ..Instruction::new(Code::Load)
+                ..Instruction::new(Opcode::Load)
             });
             return;
         }
@@ -223,7 +223,7 @@ impl Scheduler<'_> {
                         values.swap(0, 1);
                     }
                 }
-                let blend = op.row().meta.blend.is_some();
+                let blend = op.row().facts.blend.is_some();
                 self.tasks.push(if blend {
                     ScheduleTask::Blend(id)
                 } else {
@@ -323,7 +323,7 @@ impl Scheduler<'_> {
             GraphNode::Normal { point, .. } => Some(*point),
             _ => None,
         };
-        let mut instruction = Instruction::new(Code::Top);
+        let mut instruction = Instruction::new(Opcode::Top);
         if let Some(point) = point {
             let (frame, base) = self.frame_and_base(point);
             match self.pop_points_to(base) {
@@ -338,11 +338,11 @@ impl Scheduler<'_> {
         }
         match self.graph.get(id) {
             GraphNode::Constant(number) => {
-                instruction.code = Code::Op(Op::Constant);
+                instruction.code = Opcode::Op(Op::Constant);
                 instruction.parameters = self.add_numbers(&[*number]);
             }
             GraphNode::Normal { axis, .. } => {
-                instruction.code = Code::Normal;
+                instruction.code = Opcode::Normal;
                 instruction.slot = *axis;
             }
             GraphNode::Paint {
@@ -350,7 +350,7 @@ impl Scheduler<'_> {
                 channels,
                 ..
             } => {
-                instruction.code = Code::Paint;
+                instruction.code = Opcode::Paint;
                 instruction.parameters = self.add_numbers(constants);
                 let bits = channels.iter().filter(|(c, _)| *c < 8).map(|(c, _)| 1 << c);
                 instruction.slot = bits.fold(0, |mask, bit: u8| mask | bit);
@@ -361,7 +361,7 @@ impl Scheduler<'_> {
                 parameters,
                 ..
             } => {
-                instruction.code = Code::Op(*op);
+                instruction.code = Opcode::Op(*op);
                 instruction.parameters = self.add_parameters(*op, parameters);
                 if let [a, b] = values[..] {
                     instruction.operands = match (self.constant(a), self.constant(b)) {
@@ -431,7 +431,7 @@ impl Scheduler<'_> {
             pops,
             transform: frame,
             parameters: self.add_numbers(&guard.volume),
-            ..Instruction::new(Code::Guard)
+            ..Instruction::new(Opcode::Guard)
         };
         self.tasks.push(ScheduleTask::EndGuard {
             instruction: self.code.len(),
@@ -449,7 +449,7 @@ impl Scheduler<'_> {
             self.points.truncate(points);
             self.code.push(Instruction {
                 pops: pops as u8,
-                ..Instruction::new(Code::Top)
+                ..Instruction::new(Opcode::Top)
             });
         }
         self.closed_end = self.code.len();
@@ -466,7 +466,7 @@ impl Scheduler<'_> {
             kernel,
             sign,
             negate_second,
-        }) = op.row().meta.blend
+        }) = op.row().facts.blend
         else {
             unreachable!("only blends are visited so")
         };
@@ -490,7 +490,7 @@ impl Scheduler<'_> {
             }
             _ => self.code.push(Instruction {
                 destination,
-                ..Instruction::new(Code::Top)
+                ..Instruction::new(Opcode::Top)
             }),
         }
     }
@@ -505,7 +505,7 @@ impl Scheduler<'_> {
         self.slots.occupied.insert(id, (slot, remaining_uses));
         self.code.push(Instruction {
             slot,
-            ..Instruction::new(Code::Store)
+            ..Instruction::new(Opcode::Store)
         });
     }
 
@@ -546,7 +546,7 @@ impl Scheduler<'_> {
         };
         let mut instruction = Instruction {
             push: true,
-            ..Instruction::new(Code::Op(*op))
+            ..Instruction::new(Opcode::Op(*op))
         };
         if let Some(point) = point {
             let (frame, base) = self.frame_and_base(*point);

@@ -3,7 +3,7 @@
 //! The minimum of the values of two touching parts is zero where they meet, deep inside the solid. An inset,
 //! a shell or the fillet of a cutter takes such values for the distance to the surface, and cuts along the
 //! seam. Most such parts are extended before ([`crate::cutters`]). The remaining seams are searched for by
-//! sampling: from a point of the solid, the gradient leads to the surface, or to a seam behind which the
+//! sampling. From a point of the solid, the gradient leads to the surface, or to a seam behind which the
 //! solid continues.
 
 use crate::analysis::bounds::ShapeBounds;
@@ -120,7 +120,7 @@ impl SeamSearch<'_> {
                 (width > 0.0).then_some((*child, InnerEffect::Band(width)))
             }
             ShapeKind::Combine { op, children, .. } => {
-                let set = op.row().meta.set;
+                let set = op.row().facts.set;
                 let is_blend = !matches!(op, Op::Intersection | Op::Subtraction)
                     && matches!(
                         set,
@@ -140,7 +140,7 @@ impl SeamSearch<'_> {
         effect: &InnerEffect,
     ) -> Option<[f64; 3]> {
         let mut bounds = self.current_bounds.get(SceneRef::from(&*self.scene), id);
-        if self.scene.shapes[id.0 as usize].plane {
+        if self.scene.shapes[id.0 as usize].is_2d {
             (bounds.min[2], bounds.max[2]) = (0.0, 0.0);
         }
         if !bounds.is_finite() || bounds.is_empty() {
@@ -157,7 +157,7 @@ impl SeamSearch<'_> {
             }
         };
         let is_subtraction = matches!(&self.scene.shapes[combined.0 as usize].kind,
-            ShapeKind::Combine { op, .. } if op.row().meta.set == Some(SetOperation::Subtraction));
+            ShapeKind::Combine { op, .. } if op.row().facts.set == Some(SetOperation::Subtraction));
         let cost: usize = others.iter().map(|program| program.code.len()).sum();
         let count = (MAX_INSTRUCTIONS / (program.code.len() + cost).max(1)).min(MAX_POINTS);
         let side = if is_subtraction { -1.0 } else { 1.0 };
@@ -193,8 +193,8 @@ impl SeamSearch<'_> {
             self.bounds_cache,
         );
         let mut program = schedule(&graph);
-        let outputs = uniforms.finish().run(self.params, self.time);
-        let values: Vec<f32> = outputs.iter().map(|&v| v as f32).collect();
+        let uniform_values = uniforms.finish().run(self.params, self.time);
+        let values: Vec<f32> = uniform_values.iter().map(|&v| v as f32).collect();
         program.patch(&values);
         program
     }
@@ -205,7 +205,7 @@ impl SeamSearch<'_> {
 fn may_have_seams(scene: &Scene, id: ShapeId) -> bool {
     let kind = &scene.shapes[id.0 as usize].kind;
     let joins_parts = match kind {
-        ShapeKind::Combine { op, .. } => op.row().meta.set == Some(SetOperation::Union),
+        ShapeKind::Combine { op, .. } => op.row().facts.set == Some(SetOperation::Union),
         ShapeKind::Domain { .. } | ShapeKind::Repeat { .. } | ShapeKind::Polar { .. } => true,
         _ => false,
     };

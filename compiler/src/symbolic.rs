@@ -1,7 +1,7 @@
 //! Number type whose values are numbers of the scene. The table's `prepare` functions, the affine
 //! bodies and gradients thus run on constants, live parameters and coordinates alike.
 //!
-//! The graph of the numbers is lent to the thread during [`with_graph`]. Sums and products with neutral
+//! The scene's expressions are lent to the thread during [`with_expressions`]. Sums and products with neutral
 //! constants are left out. So the matrix of a rotation about an axis stays as small as if written by
 //! hand.
 
@@ -13,10 +13,10 @@ use std::cell::RefCell;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
 thread_local! {
-    static GRAPH: RefCell<Expressions> = RefCell::default();
+    static EXPRESSIONS: RefCell<Expressions> = RefCell::default();
 }
 
-/// Number of the graph that [`with_graph`] lent.
+/// Number among the expressions that [`with_expressions`] lent.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Symbolic(pub(crate) ExprId);
 
@@ -27,8 +27,9 @@ pub(crate) struct Condition(ExprId);
 impl Symbolic {
     /// Returns the point itself.
     pub(crate) fn point() -> V3<Self> {
-        let [x, y, z] =
-            [0, 1, 2].map(|axis| Self(GRAPH.with_borrow_mut(|graph| graph.coordinate(axis))));
+        let [x, y, z] = [0, 1, 2].map(|axis| {
+            Self(EXPRESSIONS.with_borrow_mut(|expressions| expressions.coordinate(axis)))
+        });
         V3::new(x, y, z)
     }
 
@@ -40,26 +41,33 @@ impl Symbolic {
         if point.is_none() && parameters.is_empty() {
             return Self(call(op, &values));
         }
-        Self(GRAPH.with_borrow_mut(|graph| graph.apply(op, point, &values, &parameters)))
+        Self(
+            EXPRESSIONS
+                .with_borrow_mut(|expressions| expressions.apply(op, point, &values, &parameters)),
+        )
     }
 }
 
-/// Runs `work` while symbolic numbers refer to `graph`.
-pub(crate) fn with_graph<T>(graph: &mut Expressions, work: impl FnOnce() -> T) -> T {
-    GRAPH.with_borrow_mut(|lent| std::mem::swap(lent, graph));
+/// Runs `work` while symbolic numbers refer to `expressions`.
+pub(crate) fn with_expressions<T>(expressions: &mut Expressions, work: impl FnOnce() -> T) -> T {
+    EXPRESSIONS.with_borrow_mut(|lent| std::mem::swap(lent, expressions));
     let result = work();
-    GRAPH.with_borrow_mut(|lent| std::mem::swap(lent, graph));
+    EXPRESSIONS.with_borrow_mut(|lent| std::mem::swap(lent, expressions));
     result
 }
 
 /// Returns the result of an operation, or an operand where the operation changes nothing.
-pub(crate) fn simplified(graph: &mut Expressions, op: Op, values: &[ExprId]) -> ExprId {
-    let constant = |index: usize| values.get(index).and_then(|&id| graph.as_constant(id));
+pub(crate) fn simplified(expressions: &mut Expressions, op: Op, values: &[ExprId]) -> ExprId {
+    let constant = |index: usize| {
+        values
+            .get(index)
+            .and_then(|&id| expressions.as_constant(id))
+    };
     let (left, right) = (constant(0), constant(1));
     match op {
         Op::Add if left == Some(0.0) => values[1],
         Op::Add | Op::Sub if right == Some(0.0) => values[0],
-        Op::Sub if left == Some(0.0) => simplified(graph, Op::Neg, &values[1..]),
+        Op::Sub if left == Some(0.0) => simplified(expressions, Op::Neg, &values[1..]),
         Op::Mul if left == Some(1.0) => values[1],
         Op::Mul | Op::Div if right == Some(1.0) => values[0],
         Op::Mul if left == Some(0.0) => values[0],
@@ -67,12 +75,12 @@ pub(crate) fn simplified(graph: &mut Expressions, op: Op, values: &[ExprId]) -> 
         Op::Select if values[1] == values[2] => values[1],
         Op::Mix if constant(2) == Some(0.0) => values[0],
         Op::Mix if constant(2) == Some(1.0) => values[1],
-        _ => graph.call(op, values),
+        _ => expressions.call(op, values),
     }
 }
 
 fn call(op: Op, values: &[ExprId]) -> ExprId {
-    GRAPH.with_borrow_mut(|graph| simplified(graph, op, values))
+    EXPRESSIONS.with_borrow_mut(|expressions| simplified(expressions, op, values))
 }
 
 macro_rules! operators {
@@ -100,7 +108,7 @@ impl Real for Symbolic {
     type Vec3 = V3<Self>;
 
     fn constant(value: f64) -> Self {
-        Self(GRAPH.with_borrow_mut(|graph| graph.constant(value)))
+        Self(EXPRESSIONS.with_borrow_mut(|expressions| expressions.constant(value)))
     }
     fn abs(self) -> Self {
         Self(call(Op::Abs, &[self.0]))

@@ -29,7 +29,7 @@ impl Uniforms {
 
     /// Returns a number as a constant or as an output of the uniform program. Its stage must be at most
     /// uniform.
-    pub fn number(&mut self, expressions: &Expressions, id: ExprId) -> GraphNumber {
+    pub fn intern(&mut self, expressions: &Expressions, id: ExprId) -> GraphNumber {
         if let Some(v) = expressions.as_constant(id) {
             return GraphNumber::Constant(v as f32);
         }

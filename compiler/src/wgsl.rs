@@ -398,7 +398,7 @@ impl FunctionWriter<'_> {
             .filter_map(|&v| self.surface_name(v))
             .collect();
         let value = match (values, surfaces.as_slice()) {
-            ([a, b], [first, second]) if op.row().meta.category == Category::Combine => {
+            ([a, b], [first, second]) if op.row().facts.category == Category::Combine => {
                 let (a, b) = (self.name(*a), self.name(*b));
                 self.mixed_surface(op, point, [&a, &b], [first, second], constants)
             }
@@ -490,8 +490,8 @@ fn node_is_point(op: Op) -> bool {
     op.row().output == sdfc_vm::row::Output::Point
 }
 
-/// Converts a name of the scene to a WGSL identifier: letters, digits and underscores, with a prefix
-/// that avoids all words of WGSL and all functions here.
+/// Converts a name of the scene to a WGSL identifier of letters, digits and underscores. A prefix avoids all
+/// words of WGSL and all functions here.
 fn identifier(name: &str) -> String {
     let letters: String = name
         .chars()

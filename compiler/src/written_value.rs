@@ -3,7 +3,7 @@
 use crate::expression::ExprId;
 use crate::formula::{Formula, numbers};
 use crate::scene::{Scene, ShapeId, ShapeKind, children, grid_cells};
-use crate::symbolic::{Symbolic, with_graph};
+use crate::symbolic::{Symbolic, with_expressions};
 use crate::uniforms::operands_first;
 
 /// Maximum number of operations of such a number.
@@ -18,7 +18,7 @@ pub(crate) fn written_value(scene: &mut Scene, id: ShapeId) -> Option<ExprId> {
     let mut formula = Formula::default();
     formula.read_shape(&scene.expressions, &scene.shapes, id);
     let shapes = &scene.shapes;
-    let number = with_graph(&mut scene.expressions, || {
+    let number = with_expressions(&mut scene.expressions, || {
         formula.shape::<Symbolic>(shapes, id, Symbolic::point())
     });
     number.ok().map(|number| number.0)

@@ -1,10 +1,16 @@
-//! Codes of all messages, with the pages of `sdfc explain CODE`.
+//! Codes of all messages, with the pages of `sdfc explain CODE`. The messages are written where they are
+//! reported.
 //!
 //! A row consists of a code, a title and a page of a few sentences with an example. It defines a constant
 //! named like the code and a row of the table, so neither can be forgotten. New rows are added in order.
 //!
-//! `E` rows are errors, `W` rows warnings. The first two digits are the stage that reports it: 00 files, 01
-//! syntax, 02 names, 03 types and units, 04 evaluation, 05 limits of the program.
+//! `E` rows are errors, `W` rows warnings. The first two digits group them by subject:
+//! - 00 files,
+//! - 01 syntax,
+//! - 02 names and imports,
+//! - 03 types and units,
+//! - 04 values,
+//! - 05 the whole scene and its program.
 
 use serde::Serialize;
 use std::fmt;

@@ -1,5 +1,5 @@
-//! A camera controlled by the mouse: it orbits around its look-at point, pans, zooms to the point under
-//! the cursor, fits a box into the picture, and looks along the axes.
+//! A camera controlled by the mouse. It orbits around its look-at point, pans, zooms to the point under the
+//! cursor, fits a box into the picture, and looks along the axes.
 //!
 //! The camera only changes a [`View`]; without motion it returns the given view unchanged. It orbits like
 //! a turntable: horizontally around a fixed axis, vertically at most to the poles, so it never flips. The
@@ -64,7 +64,7 @@ pub struct OrbitCamera {
     world_up: DVec3,
     /// Field of view restored when switching back from parallel rays.
     fov: f64,
-    plane: bool,
+    is_2d: bool,
 }
 
 /// Default field of view of the language.
@@ -78,16 +78,16 @@ const DISTANCE_RANGE: [f64; 2] = [1e-9, 1e12];
 const ZOOM_FACTOR_RANGE: [f64; 2] = [1e-3, 1e3];
 
 impl OrbitCamera {
-    /// Creates a camera from a view. `z_up` states that z points up in the scene, `plane` that the scene
+    /// Creates a camera from a view. `z_up` states that z points up in the scene, `is_2d` that the scene
     /// is a 2-D shape.
-    pub fn new(view: View, z_up: bool, plane: bool) -> Self {
+    pub fn new(view: View, z_up: bool, is_2d: bool) -> Self {
         let world_up = if z_up { DVec3::Z } else { DVec3::Y };
         let mut camera = Self {
             view,
             axis: world_up,
             world_up,
             fov: DEFAULT_FOV,
-            plane,
+            is_2d,
         };
         camera.set_view(view);
         camera
@@ -130,8 +130,8 @@ impl OrbitCamera {
     }
 
     /// Reports whether the camera shows a 2-D shape, so that it only pans and zooms.
-    pub fn is_plane(&self) -> bool {
-        self.plane
+    pub fn is_2d(&self) -> bool {
+        self.is_2d
     }
 
     /// Returns the point at a depth along the ray through a point of the picture. Without a finite depth,
@@ -186,7 +186,7 @@ impl OrbitCamera {
 
     /// Moves the camera to a right direction, perpendicular to the turntable axis, and an elevation.
     fn set_orbit(&mut self, right: DVec3, elevation: f64) {
-        if self.plane {
+        if self.is_2d {
             return;
         }
         let (sine, cosine) = elevation.clamp(-FRAC_PI_2, FRAC_PI_2).sin_cos();
@@ -256,7 +256,7 @@ impl OrbitCamera {
     /// Looks at another point, with the same direction and distance.
     pub fn focus(&mut self, point: [f64; 3]) {
         let mut delta = DVec3::from(point) - DVec3::from(self.view.look);
-        if self.plane {
+        if self.is_2d {
             delta.z = 0.0;
         }
         self.translate(delta);
@@ -264,14 +264,14 @@ impl OrbitCamera {
 
     /// Fits a bounding box into the picture; infinite extents are ignored.
     pub fn fit(&mut self, bounds: &Bounds, aspect: f64) {
-        self.view = settings::fit(self.view, bounds, aspect, self.plane);
+        self.view = settings::fit(self.view, bounds, aspect, self.is_2d);
     }
 
     /// Switches between perspective and parallel rays. The look-at point keeps its size. With parallel
     /// rays the camera moves outside the scene's bounds, if finite, because geometry behind it would not
     /// be rendered.
     pub fn toggle_lens(&mut self, bounds: &Bounds) {
-        if self.plane {
+        if self.is_2d {
             return;
         }
         let look = DVec3::from(self.view.look);

@@ -359,7 +359,7 @@ impl Renderer {
         let current = loaded.loaded_scene()?;
         let scene = pick::PickContext {
             module: &current.module,
-            outputs: &current.outputs,
+            uniform_values: &current.uniform_values,
             settings: &task.settings,
             sources: &task.scene.sources,
             origins: origins.as_deref(),

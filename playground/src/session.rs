@@ -382,9 +382,9 @@ impl Session {
         self.camera_name = self.camera_name.take().filter(is_named);
         let previous = self.scene.as_ref().map(|scene| {
             let settings = &scene.opened.compiled.module.settings;
-            (settings.is_plane, settings.z_up)
+            (settings.is_2d, settings.z_up)
         });
-        if previous.is_some_and(|previous| previous != (settings.is_plane, settings.z_up)) {
+        if previous.is_some_and(|previous| previous != (settings.is_2d, settings.z_up)) {
             self.is_camera_moved = false;
         }
         if !self.is_camera_moved {

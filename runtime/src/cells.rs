@@ -178,7 +178,7 @@ pub struct Cell {
 struct CellNode {
     /// Cell whose children these are.
     cell: u32,
-    /// For each child [`EMPTY`], [`FULL`], [`CELL`] plus a cell's index, or [`NODE`] plus a node's index.
+    /// For each child [`EMPTY`], [`FULL`], [`LEAF`] plus a cell's index, or [`NODE`] plus a node's index.
     children: [u32; CHILDREN],
 }
 
@@ -187,7 +187,7 @@ const EMPTY: u32 = 0;
 /// The child is entirely inside the solid.
 const FULL: u32 = 1;
 /// The child is a leaf.
-const CELL: u32 = 2;
+const LEAF: u32 = 2;
 /// The child has children.
 const NODE: u32 = 1 << 31;
 
@@ -268,8 +268,8 @@ impl Cells {
             + self.nodes.len() * size_of::<CellNode>()
             + self.clause_count() * size_of::<Clause>()
     }
-    /// Returns the mean, over all leaves, of the remaining fraction of the work of finding a surface: the
-    /// leaf's tape length over that of the full tape, times the leaf's slope bound.
+    /// Returns the mean, over all leaves, of the remaining fraction of the work of finding a surface. In a
+    /// leaf it is the tape's length over that of the full tape, times the leaf's slope bound.
     pub fn mean_work_fraction(&self) -> f32 {
         let root_clauses = self.tape(0).len().max(1) as f32;
         let (mut sum, mut count) = (0.0, 0);

@@ -54,9 +54,9 @@ pub trait RenderField: Sync {
     ) -> Box<dyn Evaluator + 'a>;
 }
 
-/// Quantity to evaluate.
+/// Quantity of the field to evaluate.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Query {
+pub enum FieldQuantity {
     /// Distances and gradients.
     Distances,
     /// Surfaces.
@@ -87,7 +87,7 @@ pub trait Evaluator {
     fn distances(&mut self, points: &Points, count: usize, out: &mut F32x64);
     /// Returns the preferred number of blocks of 64 points per call. With more than one,
     /// [`prune_for_regions`](Self::prune_for_regions) is optional.
-    fn preferred_blocks(&self, _asked: Query) -> usize {
+    fn preferred_blocks(&self, _quantity: FieldQuantity) -> usize {
         1
     }
     /// Evaluates the distances at the first `count` points of at most
@@ -138,7 +138,7 @@ pub trait Evaluator {
         self.gradients(points, count, out);
     }
     /// Prunes the program for boxes, for [`select_region`](Self::select_region).
-    fn prune_for_regions(&mut self, _program: Query, _regions: &[Aabb]) {}
+    fn prune_for_regions(&mut self, _quantity: FieldQuantity, _regions: &[Aabb]) {}
     /// Selects one of the boxes of [`prune_for_regions`](Self::prune_for_regions), which contains all points
     /// of the following evaluations. `None` ends that.
     fn select_region(&mut self, _region: Option<usize>) {}

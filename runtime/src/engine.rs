@@ -78,7 +78,7 @@ pub struct SceneInput<'a> {
     /// The programs, with the constants of the current parameters and time.
     pub module: &'a Module,
     /// The results of the uniform program, as returned by [`Module::update`].
-    pub outputs: &'a [f64],
+    pub uniform_values: &'a [f64],
     /// The generated source: `scene_distance`, `scene_gradient` and, if the module has a surface program,
     /// `scene_surface`, with the operations they call. They read `uniforms` and may call `unpainted_surface`;
     /// engines declare both. Only `wgsl` reads it; for the other engines it may be empty.
@@ -108,9 +108,9 @@ pub trait Engine {
     fn load(&mut self, scene: &SceneInput<'_>) -> Result<(), EngineError>;
 
     /// Applies new parameters or a new time to the loaded scene: `module` is that scene after
-    /// [`Module::update`], which returned `outputs`. Only numbers are written; no program changes, and no
+    /// [`Module::update`], which returned `uniform_values`. Only numbers are written; no program changes, and no
     /// pipeline is created.
-    fn update(&mut self, module: &Module, outputs: &[f64]) -> Result<(), EngineError>;
+    fn update(&mut self, module: &Module, uniform_values: &[f64]) -> Result<(), EngineError>;
 
     /// Computes depth and normal of each pixel without light or colours, for tools that need no image.
     fn geometry(&mut self, settings: &RenderSettings) -> Result<Geometry, EngineError> {
@@ -172,7 +172,7 @@ pub trait Engine {
 
     /// Returns the cell that contains each point, with the length of the program there; `None` for points
     /// outside of all cells. The cells are those of a render with these settings. The whole result is `None`
-    /// where rendering uses no cells, or none that can be read: cells of devices stay on the device, and 2-D
+    /// where rendering uses no cells, or none that can be read. Cells of devices stay on the device, and 2-D
     /// shapes have cells only while they are rendered.
     fn cells_at(
         &mut self,

@@ -1,4 +1,4 @@
-//! Engines, marching, shading, images and verification. The only crate that depends on wgpu.
+//! Engines, marching, shading, images and verification. The only crate that computes with wgpu.
 //!
 //! [`settings`] resolves a compiled scene's settings to plain numbers, an [`engine`] renders an image from
 //! them ([`render`]), and [`verify`] compares the results of engines. Engines are built on [`cpu`] and

@@ -380,7 +380,7 @@ mod tests {
     }
 
     /// Black and white have a distance of 100. With L\*a\*b\* of green (87.73, −86.18, 83.18) and blue
-    /// (32.30, 79.19, −107.86) from textbooks, the largest distance is 203.25: 100^0.7 lies beyond the knee
+    /// (32.30, 79.19, −107.86) from textbooks, the largest distance is 203.25. 100^0.7 lies beyond the knee
     /// at 0.4 · 203.25^0.7.
     #[test]
     fn black_and_white_have_the_difference_of_the_formulas() {

@@ -23,7 +23,7 @@
 //!   discontinuity is a surface for a ray that marches, and a hit here. A discontinuity without a change of
 //!   sign is passed.
 //! - **Inside.** A ray that starts inside the solid, where the field is below zero, sees the surface from
-//!   behind: its first root is where it leaves the solid, and its normal is turned towards it. All engines do
+//!   behind. Its first root is where it leaves the solid, and the normal is turned towards it. All engines do
 //!   this. A ray that starts on a surface starts behind it. One that runs along the surface from there is
 //!   undecided ([`UndecidedReason::Start`]).
 //! - **Touching.** Where the field touches zero and is above zero again beyond, as in a flush cut or at a
@@ -226,8 +226,8 @@ impl<'a> ReferenceTracer<'a> {
         ray_end.depth = Some(middle);
         let side = if inside { -1.0 } else { 1.0 };
         let (field, p) = (self.evaluator.field(), ray.at(middle));
-        let coordinate_size = p.iter().fold(middle, |max_abs, v| max_abs.max(v.abs()));
-        let radius = (t1 - t0).max(coordinate_size * NORMAL_RADIUS_FRACTION);
+        let max_coordinate = p.iter().fold(middle, |max_abs, v| max_abs.max(v.abs()));
+        let radius = (t1 - t0).max(max_coordinate * NORMAL_RADIUS_FRACTION);
         ray_end.normal = normal::normal(field, p, radius, side);
         ray_end.edge = ray_end
             .normal

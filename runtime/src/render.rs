@@ -76,7 +76,7 @@ pub struct View {
     pub look: [f64; 3],
     /// The up direction; it need not be perpendicular to the direction of view.
     pub up: [f64; 3],
-    /// The projection.
+    /// Projection: field of view in radians, or height in scene units.
     pub lens: ResolvedLens,
 }
 
@@ -110,7 +110,7 @@ impl View {
 /// All light sources.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Lighting {
-    /// The lights.
+    /// The lights, in the scene's order; colours are linear.
     pub lights: Vec<ResolvedLight>,
     /// The colour straight up; linear, like all colours here.
     pub sky_top: [f64; 3],
@@ -153,10 +153,10 @@ pub enum ResolvedShadow {
     None,
     /// A sharp edge.
     Hard,
-    /// A penumbra from the nearest of the ray's steps.
+    /// A penumbra, found by short strides.
     Plain(f64),
-    /// A penumbra from the nearest point of the ray, estimated between steps.
-    Improved(f64),
+    /// A penumbra, found by full sphere-tracing strides.
+    Soft(f64),
     /// A penumbra that also darkens from inside the shape.
     Sized(f64),
 }
@@ -172,13 +172,12 @@ pub struct RenderSettings {
     pub steps: u32,
     /// Maximum length of a ray, in scene units.
     pub far: f64,
-    /// Distance from a surface at which a march starts the search for the root, as a fraction of half a
-    /// pixel; 10 to 20 times as far where the field decreases steadily. The depth is refined
-    /// afterwards. A larger fraction takes fewer steps, and misses more details thinner than a pixel.
-    pub cone: f64,
-    /// Over-relaxation of steps beyond the distance of the nearest surface, where the field allows it: the
-    /// weight, from 0 to 1, of the newest slope along a ray in a running mean. 0 is plain sphere tracing. See
-    /// [`sdfc_shaders::marching`].
+    /// Distance from a surface at which a march searches for the root, as a fraction of half a pixel. Where
+    /// the field decreases steadily, it is 10 to 20 times as far. The depth is refined afterwards. A larger
+    /// fraction takes fewer steps, and misses more details thinner than a pixel.
+    pub threshold_fraction: f64,
+    /// Weight of the newest slope in the running mean that lengthens steps, from 0 to 1. 0 is plain sphere
+    /// tracing. See [`sdfc_shaders::marching`].
     pub relaxation: f64,
     /// The kind of image.
     pub mode: Mode,
@@ -192,7 +191,7 @@ pub struct RenderSettings {
     pub tonemap: Tonemap,
     /// Factor on all light, before tone mapping.
     pub exposure: f64,
-    /// The camera.
+    /// Position, direction and projection of the camera.
     pub view: View,
     /// The lights and the sky.
     pub lighting: Lighting,
@@ -220,10 +219,10 @@ pub enum CellMode {
 }
 
 impl RenderSettings {
-    /// The default of [`RenderSettings::cone`].
-    pub const CONE: f64 = 0.05;
+    /// The default of [`RenderSettings::threshold_fraction`].
+    pub const DEFAULT_THRESHOLD_FRACTION: f64 = 0.05;
     /// The default of [`RenderSettings::relaxation`].
-    pub const RELAXATION: f64 = sdfc_shaders::marching::DEFAULT_RELAXATION;
+    pub const DEFAULT_RELAXATION: f64 = sdfc_shaders::marching::DEFAULT_RELAXATION;
 }
 
 /// Facts about a field besides its values.

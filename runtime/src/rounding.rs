@@ -1,5 +1,5 @@
-//! Effect of rounding on what is visible: running error bounds ([`sdfc_vm::rounding`]) for all of a scene's
-//! surface, and the pixels by which they may move it.
+//! Effect of rounding on what is visible. Running error bounds ([`sdfc_vm::rounding`]) hold for all of a
+//! scene's surface, and give the pixels by which it may move.
 //!
 //! Coordinates count with their own rounding. Within the bounds that is half a unit in their last place, as
 //! for points that are given in `f32`. In the picture it is the error that marching assumes for rays
@@ -19,8 +19,8 @@ use sdfc_vm::program::{Module, Program};
 use sdfc_vm::rounding::error_bound;
 use search::{ErrorScale, SampledError, max_error, sampled_error};
 
-/// Distance from the origin of the samples of [`Rounding::far`].
-pub const FAR_DISTANCE: f64 = 1e4;
+/// Distance from the origin of the samples of [`Rounding::far`], in scene units.
+pub const FAR_SAMPLE_DISTANCE: f64 = 1e4;
 
 /// Rounding errors of a module in `f32`.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -28,7 +28,7 @@ pub struct Rounding {
     /// Error of the field near any surface within the scene's bounds, in scene units; `None` if these are
     /// infinite or contain nothing.
     pub in_bounds: Option<ErrorBound>,
-    /// Error of the field at [`FAR_DISTANCE`] from the origin, in a few directions; infinite where it is
+    /// Error of the field at [`FAR_SAMPLE_DISTANCE`] from the origin, in a few directions; infinite where it is
     /// unbounded.
     pub far: f64,
     /// Error on any surface within the view, hidden or not, in pixels of the picture; `None` if there is
@@ -36,10 +36,10 @@ pub struct Rounding {
     pub visible: Option<ErrorBound>,
 }
 
-/// Bounds the rounding errors of a module, after [`Module::update`] returned `outputs`, and of the picture
+/// Bounds the rounding errors of a module, after [`Module::update`] returned `uniform_values`, and of the picture
 /// that the settings describe. It evaluates some ten thousand instructions, and more for long programs.
-pub fn rounding(module: &Module, outputs: &[f64], settings: &RenderSettings) -> Rounding {
-    let facts = field_facts(module, outputs);
+pub fn rounding(module: &Module, uniform_values: &[f64], settings: &RenderSettings) -> Rounding {
+    let facts = field_facts(module, uniform_values);
     let program = &module.distance;
     let bounds = flattened(facts.bounds, settings.is_2d);
     let in_bounds = bounds.is_finite().then(|| {
@@ -54,7 +54,7 @@ pub fn rounding(module: &Module, outputs: &[f64], settings: &RenderSettings) -> 
     });
     Rounding {
         in_bounds: in_bounds.flatten(),
-        far: max_error_at_distance(program, FAR_DISTANCE, settings.is_2d),
+        far: max_error_at_distance(program, FAR_SAMPLE_DISTANCE, settings.is_2d),
         visible: error_in_picture(program, settings, &facts),
     }
 }
@@ -62,10 +62,14 @@ pub fn rounding(module: &Module, outputs: &[f64], settings: &RenderSettings) -> 
 /// Computes [`Rounding::visible`] alone.
 pub fn visible_error(
     module: &Module,
-    outputs: &[f64],
+    uniform_values: &[f64],
     settings: &RenderSettings,
 ) -> Option<ErrorBound> {
-    error_in_picture(&module.distance, settings, &field_facts(module, outputs))
+    error_in_picture(
+        &module.distance,
+        settings,
+        &field_facts(module, uniform_values),
+    )
 }
 
 /// Rounding error at one point.
@@ -80,15 +84,18 @@ pub struct PointError {
     pub branch_uncertain: bool,
 }
 
-/// Bounds the rounding error at a visible point, in a module after [`Module::update`] returned `outputs`. The
+/// Bounds the rounding error at a visible point, in a module after [`Module::update`] returned `uniform_values`. The
 /// point is taken to be as inexact as the end of a ray.
 pub fn error_at(
     module: &Module,
-    outputs: &[f64],
+    uniform_values: &[f64],
     settings: &RenderSettings,
     point: [f64; 3],
 ) -> PointError {
-    let camera = RayFan::new(settings, &prepare(settings, &field_facts(module, outputs)));
+    let camera = RayFan::new(
+        settings,
+        &prepare(settings, &field_facts(module, uniform_values)),
+    );
     let from = DVec3::from(point) - camera.origin;
     let distance = from.length().min(camera.far);
     let coordinate_error = camera.rounding + 2e-7 * distance;
@@ -138,8 +145,8 @@ fn error_in_picture(
 }
 
 /// Flattens a box to the plane of a 2-D scene.
-fn flattened(mut bounds: Bounds, plane: bool) -> Bounds {
-    if plane {
+fn flattened(mut bounds: Bounds, is_2d: bool) -> Bounds {
+    if is_2d {
         (bounds.min[2], bounds.max[2]) = (0.0, 0.0);
     }
     bounds
@@ -156,12 +163,12 @@ const UNIT_ROUNDOFF: f64 = 1.0 / 16_777_216.0;
 
 /// Returns the largest bound at a distance from the origin, towards the corners, edges and faces of a
 /// slightly rotated cube. Many fields are folded along the axes themselves.
-fn max_error_at_distance(program: &Program, distance: f64, plane: bool) -> f64 {
+fn max_error_at_distance(program: &Program, distance: f64, is_2d: bool) -> f64 {
     let mut max_error = 0.0_f64;
     for i in 0..27 {
         let [x, y, z] = [i % 3, i / 3 % 3, i / 9].map(|step| f64::from(step) - 1.0);
         let mut direction = DVec3::new(x + 0.11 * y - 0.07 * z, y - 0.11 * x, z + 0.07 * x);
-        if plane {
+        if is_2d {
             direction.z = 0.0;
         }
         let length = direction.length();
@@ -209,7 +216,8 @@ impl RayFan {
             axes: [wide(u.forward), direction(right), direction(up)],
             start: [right[0].length(), up[0].length()],
             growth: [right[1].length(), up[1].length()],
-            pixel: [u.footprint, u.footprint_growth].map(|half| 2.0 * samples * f64::from(half)),
+            pixel: [u.half_pixel_size, u.half_pixel_growth]
+                .map(|half| 2.0 * samples * f64::from(half)),
             rounding: u.rounding.into(),
             far: u.far.into(),
         }

@@ -6,20 +6,20 @@
 //! left open (length of rays, radius of occlusion) follow from the bounds. It also checks the scene's own
 //! conditions on its numbers.
 
+mod camera_placement;
 mod framing;
-mod standpoint;
 
 use crate::render::{
     CellMode, FieldFacts, LightEmitter, Lighting, Mode, Normals, Occlusion, RenderSettings,
     ResolvedLens, ResolvedLight, ResolvedShadow, Surface, Tonemap, View,
 };
+use camera_placement::CameraPlacement;
 use framing::{FramingTarget, framed_view, plane_view};
 use glam::DVec3;
 use sdfc_vm::bounds::Bounds;
 use sdfc_vm::outline::Outline;
 use sdfc_vm::program::Module;
 use sdfc_vm::settings::{self as scene, SettingValue, Settings, Triple};
-use standpoint::Standpoint;
 
 /// Maximum width or height of an image.
 pub const MAX_SIDE_PIXELS: u32 = 16_384;
@@ -121,12 +121,12 @@ fn named(name: &str) -> String {
 /// Resolves the settings of a module's image, for the current parameters and time.
 pub fn resolve(
     module: &Module,
-    outputs: &[f64],
+    uniform_values: &[f64],
     overrides: &Overrides,
 ) -> Result<RenderSettings, SettingsError> {
     let settings = &module.settings;
-    check(settings, outputs)?;
-    let read = Reader { outputs };
+    check(settings, uniform_values)?;
+    let read = Reader { uniform_values };
     let render = &settings.render;
     let size = size(overrides.size.unwrap_or(render.size))?;
     let aa = within(
@@ -140,7 +140,7 @@ pub fn resolve(
         u32::MAX,
     )?;
     let camera = camera(settings, overrides.camera.as_deref())?;
-    let camera_distance = camera.and_then(|camera| camera_target_distance(camera, outputs));
+    let camera_distance = camera.and_then(|camera| camera_target_distance(camera, uniform_values));
     let target = FramingTarget::from_bounds(&settings.bounds)
         .with_known_size(settings.subject.as_ref(), camera_distance);
     let view = match overrides.view {
@@ -161,8 +161,8 @@ pub fn resolve(
         aa,
         steps,
         far: positive("the range of a ray", far)?,
-        cone: RenderSettings::CONE,
-        relaxation: RenderSettings::RELAXATION,
+        threshold_fraction: RenderSettings::DEFAULT_THRESHOLD_FRACTION,
+        relaxation: RenderSettings::DEFAULT_RELAXATION,
         cells: overrides.cells,
         mode: overrides.mode,
         normals: overrides.normals.unwrap_or(render.normals),
@@ -174,28 +174,28 @@ pub fn resolve(
         exposure: not_negative("the exposure", exposure)?,
         view,
         lighting: lighting(settings, &read)?,
-        is_2d: settings.is_plane,
+        is_2d: settings.is_2d,
     })
 }
 
 /// Facts about a module's field besides its values.
-pub fn field_facts(module: &Module, outputs: &[f64]) -> FieldFacts {
+pub fn field_facts(module: &Module, uniform_values: &[f64]) -> FieldFacts {
     FieldFacts {
         is_raw: module.distance.has_raw_fields(),
         bounds: *module.settings.clip_bounds(),
         material: module
             .surface
             .is_none()
-            .then(|| default_material(module, outputs)),
+            .then(|| default_material(module, uniform_values)),
     }
 }
 
 /// The default material. It applies to everything if a module has no surface program.
-pub fn default_material(module: &Module, outputs: &[f64]) -> Surface {
+pub fn default_material(module: &Module, uniform_values: &[f64]) -> Surface {
     let m = module
         .settings
         .material
-        .map(|setting| setting.value(outputs) as f32);
+        .map(|setting| setting.value(uniform_values) as f32);
     Surface {
         albedo: [m[0], m[1], m[2]],
         roughness: m[3],
@@ -213,9 +213,9 @@ pub(crate) fn finite_bounds(bounds: &Bounds) -> Bounds {
 
 /// Fits a view to a box: the whole box is in the image, seen in the direction and with the lens of the given
 /// view. `aspect` is width / height. Of infinite boxes the finite part is shown. A 2-D shape is seen face on.
-pub fn fit(view: View, bounds: &Bounds, aspect: f64, plane: bool) -> View {
+pub fn fit(view: View, bounds: &Bounds, aspect: f64, is_2d: bool) -> View {
     let target = FramingTarget::from_bounds(bounds);
-    if plane {
+    if is_2d {
         plane_view(&target, aspect)
     } else {
         framed_view(&view, &Outline::from_bounds(&target.shown), aspect)
@@ -223,9 +223,9 @@ pub fn fit(view: View, bounds: &Bounds, aspect: f64, plane: bool) -> View {
 }
 
 /// Checks all conditions of the scene.
-pub fn check(settings: &Settings, outputs: &[f64]) -> Result<(), SettingsError> {
+pub fn check(settings: &Settings, uniform_values: &[f64]) -> Result<(), SettingsError> {
     for check in &settings.checks {
-        let value = check.value.value(outputs);
+        let value = check.value.value(uniform_values);
         // NaN violates both conditions.
         let holds = if check.strict {
             value > 0.0
@@ -269,8 +269,8 @@ fn camera<'a>(
 }
 
 /// The distance of a camera from its target; `None` for an automatic camera.
-fn camera_target_distance(camera: &scene::Camera, outputs: &[f64]) -> Option<f64> {
-    let [from, look] = [camera.from, camera.look].map(|p| p.map(|v| v.value(outputs)));
+fn camera_target_distance(camera: &scene::Camera, uniform_values: &[f64]) -> Option<f64> {
+    let [from, look] = [camera.from, camera.look].map(|p| p.map(|v| v.value(uniform_values)));
     let distance = DVec3::from(from).distance(look.into());
     (!camera.auto_framed && distance.is_finite()).then_some(distance)
 }
@@ -284,7 +284,7 @@ fn view(
 ) -> Result<View, SettingsError> {
     let settings = &module.settings;
     let aspect = f64::from(size[0]) / f64::from(size[1]);
-    let standpoint = Standpoint {
+    let placement = CameraPlacement {
         field: &module.distance,
         subject: settings.subject.as_ref(),
         is_complete: settings.bounds.is_finite(),
@@ -322,7 +322,7 @@ fn view(
             ResolvedLens::Orthographic(positive(&what, read.number(&what, height)?)?)
         }
     };
-    if settings.is_plane {
+    if settings.is_2d {
         // A 2-D shape is seen face on; a camera only selects the visible part.
         return Ok(match lens {
             ResolvedLens::Orthographic(height) if !camera.auto_framed => {
@@ -338,7 +338,7 @@ fn view(
         lens,
     };
     if camera.auto_framed {
-        return Ok(standpoint.find(&view));
+        return Ok(placement.find(&view));
     }
     if from == look {
         return Err(SettingsError::NoDirection(camera.name.clone()));
@@ -387,7 +387,7 @@ fn light(scene_light: &scene::Light, read: &Reader<'_>) -> Result<ResolvedLight,
         scene::Shadow::None => ResolvedShadow::None,
         scene::Shadow::Hard => ResolvedShadow::Hard,
         scene::Shadow::Plain(setting) => ResolvedShadow::Plain(size(setting)?),
-        scene::Shadow::Soft(setting) => ResolvedShadow::Improved(size(setting)?),
+        scene::Shadow::Soft(setting) => ResolvedShadow::Soft(size(setting)?),
         scene::Shadow::Sized(setting) => ResolvedShadow::Sized(size(setting)?),
     };
     let color = read.triple("the color of a light", scene_light.color)?;
@@ -400,12 +400,12 @@ fn light(scene_light: &scene::Light, read: &Reader<'_>) -> Result<ResolvedLight,
 
 /// Reads numbers that may depend on parameters, and refuses those that are not finite.
 struct Reader<'a> {
-    outputs: &'a [f64],
+    uniform_values: &'a [f64],
 }
 
 impl Reader<'_> {
     fn number(&self, what: &str, setting: SettingValue) -> Result<f64, SettingsError> {
-        let value = setting.value(self.outputs);
+        let value = setting.value(self.uniform_values);
         if value.is_finite() {
             return Ok(value);
         }

@@ -1,7 +1,8 @@
 //! Verification of engines: the same image and the same values from each of them, compared in pairs.
 //!
 //! There are two criteria. With strict arithmetic ([`Arithmetic::is_strict`]) engines must be equal in every
-//! bit of hit, depth, step count and normal, and of distances and gradients at points ([`BitDifferences`]).
+//! bit. That holds for hit, depth, step count and normal, and for distances and gradients at points
+//! ([`BitDifferences`]).
 //!
 //! With default arithmetic drivers contract and reorder operations, so bits differ. The criteria are then:
 //! Away from silhouettes no ray hits in one image and misses in the other. Away from all edges (of shapes,

@@ -1,5 +1,5 @@
-//! Notes on pictures that show less than their scene: nothing in view, a camera or a light inside a solid, a
-//! light that is too faint.
+//! Notes on pictures that show less than their scene. Nothing may be in view, a camera or a light inside a
+//! solid, or a light too faint.
 
 use crate::render::{
     LightEmitter, Mode, RenderSettings, ResolvedLens, ResolvedLight, ResolvedShadow, Stats,
@@ -185,11 +185,11 @@ fn min_visible_depth(point: [f64; 3], camera: [f64; 3]) -> f64 {
 }
 
 /// Returns the least value of the field at points spread over the shown region, and its point.
-fn min_sample(module: &Module, bounds: &Bounds, plane: bool) -> (f32, [f64; 3]) {
+fn min_sample(module: &Module, bounds: &Bounds, is_2d: bool) -> (f32, [f64; 3]) {
     let shown = finite_bounds(bounds);
     let points = (1..=SAMPLE_POINTS).map(|number| {
         let [x, y, z] = shown.quasi_random_point(number);
-        [x, y, if plane { 0.0 } else { z }]
+        [x, y, if is_2d { 0.0 } else { z }]
     });
     let values = points.map(|p| (field_at(module, p), p));
     values

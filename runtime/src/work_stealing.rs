@@ -1,6 +1,8 @@
-//! Work stealing: each thread has its own state, created once, and takes the next item when it has finished
-//! one. (Parallel iterators recreate such state for every piece that they split off.) Neighbouring items go
-//! to the same thread as long as possible, since its state for one item often helps with the next.
+//! Work stealing with state per thread.
+//!
+//! A thread creates its state once, and takes its own items from the front. When they run out, it takes items
+//! from the end of the longest queue. So neighbouring items stay on one thread, whose state for one item often
+//! helps with the next. Parallel iterators would create the state again for each piece that they split off.
 
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Mutex, PoisonError};

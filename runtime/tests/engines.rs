@@ -1,5 +1,5 @@
-//! Tests of engines, on programs written here as listings: equal images and values, the cost of updates, and
-//! the behaviour at limits and when a device fails.
+//! Tests of engines, on programs written here as listings. They cover equal images and values, the cost of
+//! updates, and the behaviour at limits and when a device fails.
 
 #[path = "engines/agreement.rs"]
 mod agreement;

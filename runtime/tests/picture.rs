@@ -23,8 +23,8 @@ fn settings() -> RenderSettings {
         aa: 1,
         steps: 256,
         far: 1000.0,
-        cone: RenderSettings::CONE,
-        relaxation: RenderSettings::RELAXATION,
+        threshold_fraction: RenderSettings::DEFAULT_THRESHOLD_FRACTION,
+        relaxation: RenderSettings::DEFAULT_RELAXATION,
         cells: CellMode::Auto,
         mode: Mode::Shaded,
         normals: Normals::Exact,
@@ -96,7 +96,7 @@ fn sphere_crossings(sphere: &Sphere, (from, direction): (DVec3, DVec3)) -> Optio
     (half >= 0.0).then(|| (middle - half.sqrt(), middle + half.sqrt()))
 }
 
-/// Compares the image of a sphere with the quadratic equation: every hit and miss is correct except at the
+/// Compares the image of a sphere with the quadratic equation. Every hit and miss is correct except at the
 /// very edge, and depths have a relative error of at most `tolerance`.
 fn check_sphere(sphere: Sphere, settings: &RenderSettings, tolerance: f64) {
     let field = Analytic(sphere);
@@ -429,7 +429,7 @@ impl Formula for Broken {
 fn nan_ends_rays() {
     for mode in [Mode::Shaded, Mode::Steps, Mode::Distance, Mode::Edges] {
         for everywhere in [true, false] {
-            let lights = vec![lamp(ResolvedShadow::Improved(0.1))];
+            let lights = vec![lamp(ResolvedShadow::Soft(0.1))];
             let lighting = Lighting {
                 lights,
                 ..settings().lighting

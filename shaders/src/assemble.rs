@@ -22,8 +22,8 @@
 //!
 //! *Generic* kernels ([`Features::generic`]) draw any picture of a mode. They read the numbers in the last
 //! fields of [`FrameUniforms`]. The number of lights is read from the lights themselves, which the `shade`
-//! stage binds as storage. The end of a loop never depends on a uniform, or software Vulkan would compile
-//! the kernel again for each of its values.
+//! stage binds as storage. No loop ends by a uniform alone: a count in storage ends it, too. Otherwise software
+//! Vulkan would compile the kernel again for each value of the uniform.
 //!
 //! The `edges` stage compares neighbours within a tile: its tiles overlap by one pixel.
 
@@ -192,7 +192,7 @@ pub struct StageKernel {
 
 /// Returns the stages of a picture, in the order in which they run.
 pub fn stages(features: &Features) -> Vec<RenderStage> {
-    if features.plane || features.mode == Mode::Distance {
+    if features.is_2d || features.mode == Mode::Distance {
         return vec![RenderStage::Plane];
     }
     let mode = features.mode;
@@ -218,8 +218,8 @@ pub fn stages(features: &Features) -> Vec<RenderStage> {
         .collect()
 }
 
-/// Returns the length of the line of invocations for a tile: one per pixel, for `beam` one per block of
-/// pixels, for `shadow` one per pixel and light.
+/// Returns the length of the line of invocations for a tile. There is one per pixel, for `beam` one per block
+/// of pixels, for `shadow` one per pixel and light.
 pub fn invocation_count(stage: RenderStage, tile: [u32; 2], lights: u64) -> u64 {
     let blocks = u64::from(tile[0].div_ceil(8)) * u64::from(tile[1].div_ceil(8));
     match stage {
@@ -319,7 +319,7 @@ impl RenderStage {
 
 /// Reports whether a 2-D shape is drawn in its own colours.
 fn shows_material_colors(features: &Features) -> bool {
-    features.plane && matches!(features.mode, Mode::Shaded | Mode::Albedo)
+    features.is_2d && matches!(features.mode, Mode::Shaded | Mode::Albedo)
 }
 
 /// Reports whether the colours of a mode are light, to be encoded for a screen; others are shown unchanged.
@@ -335,9 +335,6 @@ fn defines(features: &Features) -> BTreeSet<&'static str> {
     let list = [
         ("generic", generic),
         ("exact", features.normals == Normals::Exact),
-        ("hard", has(ShadowForm::Hard)),
-        ("plain", has(ShadowForm::Plain)),
-        ("improved", has(ShadowForm::Improved)),
         ("sized", has(ShadowForm::Sized)),
         (
             "short_stride",
@@ -533,7 +530,7 @@ fn constants(features: &Features) -> Vec<(&'static str, String)> {
         ("MISS", word(marching::Status::Miss as u32)),
         ("STEP_CAP", word(marching::Status::StepCap as u32)),
         ("NOT_A_NUMBER", word(marching::Status::NotANumber as u32)),
-        ("END_MASK", word(marching::ENDING)),
+        ("END_MASK", word(marching::END_MASK)),
         ("FROM_INSIDE", word(marching::FROM_INSIDE)),
         ("SHOWN", word(marching::SHOWN)),
         ("BLOCK_SIDE", word(beam::BLOCK_SIDE)),
@@ -573,7 +570,6 @@ fn constants(features: &Features) -> Vec<(&'static str, String)> {
         ("SHADOW_NONE", word(ShadowForm::None as u32)),
         ("SHADOW_HARD", word(ShadowForm::Hard as u32)),
         ("SHADOW_PLAIN", word(ShadowForm::Plain as u32)),
-        ("SHADOW_IMPROVED", word(ShadowForm::Improved as u32)),
         ("SHADOW_SIZED", word(ShadowForm::Sized as u32)),
         ("OCCLUSION_TAPS", format!("{occlusion_tap_count}.0")),
     ]

@@ -1,11 +1,11 @@
 //! Beams: conservative distances that all rays of a block of 8 × 8 pixels can advance without a hit.
 //!
-//! A beam is the ray through the middle of a block, and the distance of the other rays from it: `spread`
-//! where they start, and `widening` more per unit along the ray. Let a surface be farther from a point of the
-//! middle ray than the other rays are. Then its distance from any of these is at least the difference, so
-//! that all rays advance by that, less the threshold of the march. Each ray then begins its own march where
-//! the beam ended. (The idea is that of a coarse first pass for octrees: S. Laine and T. Karras, *Efficient
-//! Sparse Voxel Octrees*, 2010, section 4.3.)
+//! A beam is the ray through the middle of a block, and the distance of the other rays from it. That is
+//! `spread` where they start, and `widening` more per unit along the ray. Let a surface be farther from a
+//! point of the middle ray than the other rays are. Then its distance from any of these is at least the
+//! difference, so that all rays advance by that, less the threshold of the march. Each ray then begins its
+//! own march where the beam ended. (The idea is that of a coarse first pass for octrees: S. Laine and T.
+//! Karras, *Efficient Sparse Voxel Octrees*, 2010, section 4.3.)
 //!
 //! Measured at 320×180, without cells: 11 to 40 % of the evaluations of marches are saved, most of them over
 //! open ground.

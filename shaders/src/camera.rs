@@ -49,8 +49,8 @@ pub fn point_along<R: Real>(origin: R::Vec3, direction: R::Vec3, t: R) -> R::Vec
 
 /// Returns half of a pixel's height at `t` along its ray.
 #[inline(always)]
-pub fn half_pixel<R: Real>(t: R, footprint: R, growth: R) -> R {
-    footprint + growth * t
+pub fn half_pixel<R: Real>(t: R, half_pixel_size: R, growth: R) -> R {
+    half_pixel_size + growth * t
 }
 
 /// Returns the distances along a ray to the first and the last of a box's two faces across each axis. The

@@ -21,11 +21,9 @@
 //! zeros in the field without a surface. So light depends on surfaces alone. The extent of a cutter outside
 //! of what it cuts, a factor on a field, or a bound of its slope has no effect.
 
-use crate::marching::ROUNDING_PER_UNIT;
+use crate::marching::{OVERSHOOT_FRACTION, ROUNDING_PER_UNIT};
 use sdfc_vm::real::{Real, Vector3, lit};
 
-/// Overshoot of a probe beyond the expected surface, as a fraction of the distance to it.
-const OVERSHOOT_FRACTION: f64 = 0.02;
 /// Minimum overshoot of a probe, in units of the field's rounding error there.
 const MIN_OVERSHOOT_ROUNDINGS: f64 = 2.0 * MAX_NOISE_ROUNDINGS;
 /// Minimum overshoot of a probe, as a fraction of the distance limit: at a corner, a shorter step leads along
@@ -212,8 +210,8 @@ pub fn restart_value<R: Real>(field: R) -> R {
     field.max(lit(1e-30))
 }
 
-/// Returns the offset from the candidate to a surface: the root of the line through the round's point and the
-/// offset `next`, at which the field is `field`.
+/// Returns the offset from the candidate to a surface. It is the root of the line through the round's point
+/// and the offset `next`, at which the field is `field`.
 #[inline(always)]
 pub fn surface_offset<R: Real>(offset: R::Vec3, next: R::Vec3, value: R, field: R) -> R::Vec3 {
     let crosses = (value * field).less(lit(0.0));

@@ -36,10 +36,10 @@ pub enum ShadowForm {
     None = 0,
     /// A sharp edge.
     Hard = 1,
-    /// A penumbra from the lowest of the samples along the ray.
+    /// A penumbra, found by short strides: at most about 0.4 of the distance along the ray.
     Plain = 2,
-    /// A penumbra from the nearest point of the ray, estimated between samples.
-    Improved = 3,
+    /// A penumbra, found by full sphere-tracing strides.
+    Soft = 3,
     /// A penumbra that also darkens from inside the shape.
     Sized = 4,
 }
@@ -64,7 +64,7 @@ pub struct Features {
     /// True with fog.
     pub fog: bool,
     /// True if the scene is a 2-D shape, seen face on.
-    pub plane: bool,
+    pub is_2d: bool,
     /// True for kernels that handle any lights, occlusion, fog, materials and differences.
     pub generic: bool,
 }
@@ -87,7 +87,7 @@ impl Features {
             normals,
             materials: true,
             fog: false,
-            plane: self.plane,
+            is_2d: self.is_2d,
             generic: true,
         }
     }

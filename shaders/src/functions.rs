@@ -53,7 +53,7 @@ functions! {
     start_excess = camera::start_excess(offset, approach);
     unit = camera::unit(v);
     point_along = camera::point_along(origin, direction, t);
-    half_pixel = camera::half_pixel(t, footprint, growth);
+    half_pixel = camera::half_pixel(t, half_pixel_size, growth);
     intersect_box = camera::intersect_box(origin, direction, low, high, far);
     intersect_plane = camera::intersect_plane(origin, direction, centre, forward);
 
@@ -64,16 +64,16 @@ functions! {
     beam_continues = beam::should_continue(advance, half_pixel);
 
     march_step = marching::march_step(
-        t, radius, step, trend, t_before, radius_before, field, count, threshold, half_pixel,
-        relaxation, rounding, raw, t_exit
-    ) -> MarchStep { t, radius, step, trend, t_before, radius_before, arrived };
-    threshold = marching::threshold(t, half_pixel, cone, rounding);
+        t, field, step, trend, t_before, field_before, next_field, count, threshold, half_pixel,
+        relaxation, rounding, is_raw, t_exit
+    ) -> MarchStep { t, field, step, trend, t_before, field_before, arrived };
+    threshold = marching::threshold(t, half_pixel, threshold_fraction, rounding);
     rounding_at = marching::rounding_at(t, rounding);
     accept_at_step_cap = marching::accept_at_step_cap(
-        t, radius, trend, t_before, radius_before, half_pixel, far
+        t, field, trend, t_before, field_before, half_pixel, far
     );
-    is_settled = marching::is_settled(t, field, t_other, field_other, rounding, raw);
-    next_estimate = marching::next_estimate(t, field, t_other, field_other, rounding, raw);
+    is_settled = marching::is_settled(t, field, t_other, field_other, rounding, is_raw);
+    next_estimate = marching::next_estimate(t, field, t_other, field_other, rounding, is_raw);
     secant_estimate = marching::secant_estimate(t, field, t_other, field_other);
     secant_step = marching::secant_step(t, field, t_other, field_other, estimate, field_at_estimate)
         -> Bracket { t, field, t_other, field_other };
@@ -104,7 +104,7 @@ functions! {
     shadow_plane_offset = shadow::plane_offset(to_surface, gradient, direction);
     occlusion_candidate_limit = occlusion::candidate_limit(height);
 
-    sign_margin = marching::sign_margin(rounding, slope, raw);
+    sign_margin = marching::sign_margin(rounding, slope, is_raw);
     shadow_hard_visibility = shadow::hard_visibility(visibility, field, margin);
     shadow_late_speedup = shadow::late_speedup(count);
     shadow_is_candidate = shadow::is_candidate(sample_visibility, last_visibility, visibility);

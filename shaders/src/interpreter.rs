@@ -1,4 +1,4 @@
-//! The interpreter: a loop that runs the words of a program, as WGSL functions of the same names and types as
+//! The interpreter: a loop that runs the words of a program. Its WGSL functions have the names and types of
 //! those generated for a scene.
 //!
 //! The text contains only what its programs require: the opcodes, the blend kernels, point transforms, a

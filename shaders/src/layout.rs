@@ -2,7 +2,7 @@
 //! declared once for Rust and WGSL.
 //!
 //! `shared!` writes both declarations from one list of fields. In WGSL a `vec3f` begins at a multiple of 16
-//! bytes and takes 12, so each precedes a scalar; a test compares every offset with naga's.
+//! bytes and takes 12, so each precedes a scalar. A test compares every offset with naga's.
 
 use bytemuck::{Pod, Zeroable};
 
@@ -49,8 +49,8 @@ shared! {
         far: f32,
         /// Difference of the start at the right edge.
         origin_right: vec3f,
-        /// 1 where the length of the field's gradient may differ from one, else 0.
-        raw: f32,
+        /// 1 where raw fields occur, so that the gradient may have any length; else 0.
+        is_raw: f32,
         /// Difference of the start at the upper edge.
         origin_up: vec3f,
         /// The part of the field's largest rounding error that is constant along a ray.
@@ -59,15 +59,15 @@ shared! {
         forward: vec3f,
         /// Half a pixel's height at the start of its ray; with several samples per pixel, half that
         /// of a sample's part.
-        footprint: f32,
+        half_pixel_size: f32,
         /// Difference of the direction at the right edge.
         forward_right: vec3f,
         /// Growth of that half height per unit along the ray.
-        footprint_growth: f32,
+        half_pixel_growth: f32,
         /// Difference of the direction at the upper edge.
         forward_up: vec3f,
         /// Threshold of the march, as a fraction of half a pixel.
-        cone: f32,
+        threshold_fraction: f32,
         /// Lower corner of the box of the scene.
         bounds_min: vec3f,
         /// Maximum distance of occlusion.
@@ -184,10 +184,11 @@ shared! {
         digit_bits: u32,
         /// Start of the rays.
         camera: vec3f,
-        /// A pixel's height at the start of its ray.
-        footprint: f32,
+        /// Full height of a pixel of the image at the start of its ray. It is twice
+        /// [`FrameUniforms::half_pixel_size`], times the samples along a side.
+        pixel_size: f32,
         /// Growth of that per unit along the ray.
-        footprint_growth: f32,
+        pixel_growth: f32,
         /// Side in pixels up to which a cell is a leaf.
         max_leaf_pixels: f32,
         /// Field value from which on only the sign of a cell is kept.
@@ -286,15 +287,15 @@ shared! {
         /// Distance along the ray.
         t: f32,
         /// Field value there, positive on the side on which the ray started.
-        radius: f32,
+        field: f32,
         /// Next step to try.
         step: f32,
         /// Running mean of the field's slope along the ray.
         trend: f32,
-        /// Distance one step before.
+        /// Distance of the last sample above zero: one step before, or earlier.
         t_before: f32,
         /// Field value there.
-        radius_before: f32,
+        field_before: f32,
         /// Status word: see [`crate::marching::Status`].
         status: u32,
         /// Number of evaluations of the field.

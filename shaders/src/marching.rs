@@ -1,7 +1,7 @@
 //! Sphere tracing, one step at a time.
 //!
-//! A ray keeps the last point that is proven to lie outside: `t`, with the field's value there as `radius`,
-//! within which there is no surface. It tries a `step` longer than that radius. The running slope of the
+//! A ray keeps the last point that is proven to lie outside, `t`, and the field's value there, `field`. It is
+//! the radius of an empty sphere. The ray tries a `step` longer than that radius. The running slope of the
 //! field along the ray determines the excess length (automatic relaxation: R. Bán and G. Valasek, *Automatic
 //! Step Size Relaxation in Sphere Tracing*, 2023). If the empty sphere around the new point overlaps that
 //! around the old one, no surface was skipped. Otherwise the ray goes back and takes exactly the old radius
@@ -15,13 +15,13 @@
 //!
 //! The field may be near zero and fall almost linearly, as towards a plane. Then a line through the last two
 //! points estimates the root. The ray then goes slightly beyond the estimate, to where the sign should have
-//! changed. Estimates begin at 10 thresholds (20 where the field falls strictly linearly, as it does above a
-//! plane at grazing angles), capped at a quarter of a pixel (half a pixel where strictly linear). A ray that all
-//! but touches a surface would creep past it in tiny steps. So steps are at least a 32nd of a pixel long where
-//! the field is below that, or end at the estimated root. Thinner sheets along the ray are passed. After 1,024
-//! steps this minimum grows, up to half a pixel. Where a field was divided by a large bound, rays need many
-//! steps without a surface nearby. After 2,048 steps it grows without limit, so that a ray along a field that
-//! stays close to zero ends, too.
+//! changed. Estimates begin at 10 thresholds, at most a quarter of a pixel. Where the field falls strictly
+//! linearly, as above a plane at a grazing angle, both numbers double. A ray that all but touches a surface
+//! would creep past it in tiny steps. So steps are at least a 32nd of a pixel long where the field is below
+//! that, or end at the estimated root. Thinner sheets along the ray are passed. After 1,024 steps this
+//! minimum grows, up to half a pixel. Where a field was divided by a large bound, rays need many steps
+//! without a surface nearby. After 2,048 steps it grows without limit, so that a ray along a field that stays
+//! close to zero ends, too.
 //!
 //! A field may fall faster than its slope bound, or be discontinuous: a slope that a scene states is not
 //! checked. A step that ends deep inside is halved until the change of sign is bracketed to a fraction of
@@ -36,7 +36,7 @@ use sdfc_vm::real::{Real, lit};
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[repr(u32)]
 pub enum Status {
-    /// Under way.
+    /// Not ended.
     #[default]
     Active = 0,
     /// On a surface, from outside.
@@ -54,7 +54,7 @@ pub enum Status {
 impl Status {
     /// Returns the status stored in a ray's status word, which also holds the start side and [`SHOWN`].
     pub fn from_word(word: u32) -> Self {
-        match (word & ENDING, word & FROM_INSIDE != 0) {
+        match (word & END_MASK, word & FROM_INSIDE != 0) {
             (1, false) => Self::Hit,
             (1, true) => Self::Inside,
             (2, _) => Self::Miss,
@@ -66,7 +66,7 @@ impl Status {
 }
 
 /// Mask of the status bits for a ray's end. [`Status::Inside`] is stored as a hit with [`FROM_INSIDE`].
-pub const ENDING: u32 = 7;
+pub const END_MASK: u32 = 7;
 /// Status bit of a ray that started inside a solid.
 pub const FROM_INSIDE: u32 = 8;
 /// Status bit of a ray that is drawn: it ended on a surface, or near one when it ran out of steps.
@@ -78,9 +78,9 @@ pub const UNDECIDED: u32 = 32;
 pub const DEFAULT_RELAXATION: f64 = 0.3;
 /// Maximum running mean that is used: steps are at most 2 / (1 − this) radii.
 const MAX_TREND: f64 = 0.9;
-/// Overshoot beyond an estimated root, as a fraction of the field or of the threshold. Thinner sheets may be
-/// passed.
-const OVERSHOOT_FRACTION: f64 = 0.02;
+/// Overshoot of a sample beyond an estimated surface, as a fraction of the distance to it: along rays, shadow
+/// rays and probes. Thinner sheets may be passed.
+pub(crate) const OVERSHOOT_FRACTION: f64 = 0.02;
 /// Margin below zero that makes a hit, in units of the field's rounding error.
 const MARGIN_ROUNDINGS: f64 = 4.0;
 /// Margin per slope along the ray, for fields with a gradient of unknown length.
@@ -124,7 +124,7 @@ pub struct Step<R> {
     /// Distance along the ray.
     pub t: R,
     /// Field value there.
-    pub radius: R,
+    pub field: R,
     /// Next step to try.
     pub step: R,
     /// Running mean of the field's slope along the ray.
@@ -132,17 +132,18 @@ pub struct Step<R> {
     /// Distance of the last point with the field above zero, one step before or earlier.
     pub t_before: R,
     /// Field value there.
-    pub radius_before: R,
+    pub field_before: R,
     /// 1 where the ray has reached a root, else 0.
     pub arrived: R,
 }
 
-/// Takes one step: `field` is the value at `t + step`, and `count`, the ray's number of steps, includes it.
+/// Takes one step: `next_field` is the field's value at `t + step`, and `count`, the ray's number of steps,
+/// includes it.
 ///
-/// A ray begins with `radius = step = 0` and a `trend` of −1. `relaxation`, from 0 to 1, is the weight of the
+/// A ray begins with `field = step = 0` and a `trend` of −1. `relaxation`, from 0 to 1, is the weight of the
 /// newest slope in the running mean. With 0 the trend stays −1 and each step is exactly the radius: plain
 /// sphere tracing. Near `threshold`, a fraction of `half_pixel`, roots are estimated, up to `t_exit` along
-/// the ray. `rounding` is the field's rounding error, and `raw` is 1 where the length of the field's gradient
+/// the ray. `rounding` is the field's rounding error, and `is_raw` is 1 where the length of the field's gradient
 /// is unknown, else 0.
 #[inline(always)]
 #[expect(
@@ -151,26 +152,26 @@ pub struct Step<R> {
 )]
 pub fn march_step<R: Real>(
     t: R,
-    radius: R,
+    field: R,
     step: R,
     trend: R,
     t_before: R,
-    radius_before: R,
-    field: R,
+    field_before: R,
+    next_field: R,
     count: R,
     threshold: R,
     half_pixel: R,
     relaxation: R,
     rounding: R,
-    raw: R,
+    is_raw: R,
     t_exit: R,
 ) -> Step<R> {
     let zero = lit::<R>(0.0);
-    let slope = ((field - radius) / step.max(lit(1e-30))).named("slope");
-    let depth = sign_margin(rounding, slope, raw).named("depth");
-    let is_plain = R::not(radius.less(step));
-    let overlaps = R::not((radius + field).less(step));
-    let is_estimate = R::or(is_plain, radius.less(radius_before));
+    let slope = ((next_field - field) / step.max(lit(1e-30))).named("slope");
+    let depth = sign_margin(rounding, slope, is_raw).named("depth");
+    let is_plain = R::not(field.less(step));
+    let overlaps = R::not((field + next_field).less(step));
+    let is_estimate = R::or(is_plain, field.less(field_before));
     let secant_start = secant_start(threshold, half_pixel).named("secant_start");
     let min_step = (half_pixel * lit(MIN_STEP_HALF_PIXELS))
         .max(threshold)
@@ -180,30 +181,30 @@ pub fn march_step<R: Real>(
     let short_step = capped_step
         .max(min_step * speedup_after(count, UNCAPPED_SPEEDUP_STEPS))
         .named("short_step");
-    let is_value_short = radius.less(short_step);
+    let is_value_short = field.less(short_step);
     let is_step_short = R::and(is_value_short, R::not(short_step.less(step)));
-    let has_crossed = field.less(-depth);
+    let has_crossed = next_field.less(-depth);
     // The value at the end of a long line must be near zero, or there was a surface in between.
     let max_estimate =
         (half_pixel.max(threshold) * lit(MAX_SECANT_HALF_PIXELS)).named("max_estimate");
     let is_far = R::and(R::not(is_plain), max_estimate.less(step));
-    let max_depth = (radius * lit(2.0 * OVERSHOOT_FRACTION)).max(depth * lit(4.0));
-    let is_astray = R::and(is_far, field.less(-max_depth));
+    let max_depth = (field * lit(2.0 * OVERSHOOT_FRACTION)).max(depth * lit(4.0));
+    let is_astray = R::and(is_far, next_field.less(-max_depth));
     let is_inside = R::and(
         has_crossed,
-        R::and(radius.less(secant_start), R::not(is_astray)),
+        R::and(field.less(secant_start), R::not(is_astray)),
     );
     let has_landed = R::and(is_inside, R::or(is_estimate, is_step_short));
     let has_found = R::and(has_crossed, R::or(is_plain, has_landed));
     let certain_depth = threshold.max(depth * lit(2.0)).named("certain_depth");
-    let is_deep = R::and(field.less(-certain_depth), certain_depth.less(step));
+    let is_deep = R::and(next_field.less(-certain_depth), certain_depth.less(step));
     // A long step may pass a sheet. A value off the line may lie behind a wall before a field that was
     // divided by a bound.
-    let is_raw = lit::<R>(0.5).less(raw);
+    let is_raw = lit::<R>(0.5).less(is_raw);
     let is_long = (half_pixel * lit(MAX_RAW_SECANT_HALF_PIXELS))
         .max(certain_depth)
         .less(step);
-    let is_off_line = R::and(field.less(-max_depth), certain_depth.less(step));
+    let is_off_line = R::and(next_field.less(-max_depth), certain_depth.less(step));
     let is_unproven = R::and(is_raw, R::or(is_long, is_off_line));
     let must_halve = R::and(has_found, R::or(is_deep, is_unproven));
     let may_advance = R::or(is_plain, R::or(overlaps, R::or(has_landed, is_step_short)));
@@ -217,10 +218,10 @@ pub fn march_step<R: Real>(
     )
     .named("new_trend");
     let new_t = R::select(advances, t + step, t).named("new_t");
-    let new_radius = R::select(advances, field, radius).named("new_radius");
-    let relaxed = new_radius.max(zero) * lit(2.0) / (lit::<R>(1.0) - trend);
+    let new_field = R::select(advances, next_field, field).named("new_field");
+    let relaxed = new_field.max(zero) * lit(2.0) / (lit::<R>(1.0) - trend);
     let is_falling = R::and(has_slope, slope.less(zero));
-    let remaining = new_radius.max(zero);
+    let remaining = new_field.max(zero);
     let estimate_depth =
         (remaining + remaining.min(threshold) * lit(OVERSHOOT_FRACTION) + depth * lit(2.0))
             .named("estimate_depth");
@@ -233,7 +234,7 @@ pub fn march_step<R: Real>(
         to_root.min(short_step),
         R::select(has_slope, short_step, min_stalled_step),
     );
-    let is_close = new_radius.less(short_step);
+    let is_close = new_field.less(short_step);
     let regular_step = R::select(is_close, relaxed.max(least_step), relaxed).named("regular_step");
     let is_linear = (slope - mean_slope)
         .abs()
@@ -249,30 +250,30 @@ pub fn march_step<R: Real>(
         secant_start,
         (secant_start * lit(0.5)).max(threshold),
     );
-    let is_in_range = R::and(new_radius.less(start_value), to_root.less(t_exit - new_t));
+    let is_in_range = R::and(new_field.less(start_value), to_root.less(t_exit - new_t));
     let takes_estimate = R::and(
         is_falling,
         R::and(R::and(is_linear, is_estimate_near), is_in_range),
     );
     let next_step = R::select(takes_estimate, to_root, regular_step);
     // A root lies between the last point above zero and the first one that has crossed.
-    let moves_bracket = R::and(advances, R::not(radius.less(zero)));
+    let moves_bracket = R::and(advances, R::not(field.less(zero)));
     Step {
         t: new_t,
-        radius: new_radius,
+        field: new_field,
         step: R::select(must_halve, step * lit(0.5), next_step),
         trend,
         t_before: R::select(moves_bracket, t, t_before),
-        radius_before: R::select(moves_bracket, radius, radius_before),
+        field_before: R::select(moves_bracket, field, field_before),
         arrived: R::select(R::and(advances, has_found), lit(1.0), lit(0.0)),
     }
 }
 
 /// Returns the depth below zero from which on a point is inside: a multiple of the field's rounding error.
-/// The slope along the ray scales it if the gradient's length is unknown (`raw` is 1).
+/// The slope along the ray scales it if the gradient's length is unknown (`is_raw` is 1).
 #[inline(always)]
-pub fn sign_margin<R: Real>(rounding: R, slope: R, raw: R) -> R {
-    let known_slope_roundings = (lit::<R>(1.0) - raw) * lit(MARGIN_ROUNDINGS);
+pub fn sign_margin<R: Real>(rounding: R, slope: R, is_raw: R) -> R {
+    let known_slope_roundings = (lit::<R>(1.0) - is_raw) * lit(MARGIN_ROUNDINGS);
     rounding
         * (slope.abs() * lit(MARGIN_ROUNDINGS_PER_SLOPE) + known_slope_roundings)
             .min(lit(MARGIN_ROUNDINGS))
@@ -287,14 +288,14 @@ pub(crate) fn speedup_after<R: Real>(count: R, free_steps: f64) -> R {
     late * late * late + lit(1.0)
 }
 
-/// Returns the field value near which a ray estimates its root: a fraction of half a pixel, but at least the
-/// field's rounding error at `t`.
+/// Returns the field value near which a ray estimates its root. It is a fraction of half a pixel, but at
+/// least the field's rounding error at `t`.
 #[inline(always)]
-pub fn threshold<R: Real>(t: R, half_pixel: R, cone: R, rounding: R) -> R {
-    (half_pixel * cone).max(rounding_at(t, rounding))
+pub fn threshold<R: Real>(t: R, half_pixel: R, threshold_fraction: R, rounding: R) -> R {
+    (half_pixel * threshold_fraction).max(rounding_at(t, rounding))
 }
 
-/// Returns the field value below which roots are estimated where the field falls strictly linearly:
+/// Returns the field value below which roots are estimated where the field falls strictly linearly. It is
 /// `SECANT_FROM_THRESHOLDS`, but at most half a pixel, and at least the threshold.
 #[inline(always)]
 pub fn secant_start<R: Real>(threshold: R, half_pixel: R) -> R {
@@ -320,20 +321,20 @@ pub fn rounding_at<R: Real>(t: R, rounding: R) -> R {
 #[inline(always)]
 pub fn accept_at_step_cap<R: Real>(
     t: R,
-    radius: R,
+    field: R,
     trend: R,
     t_before: R,
-    radius_before: R,
+    field_before: R,
     half_pixel: R,
     far: R,
 ) -> R {
-    let is_beside = radius.less(half_pixel * lit(MAX_ACCEPTED_HALF_PIXELS));
-    let is_near = radius.less(half_pixel * lit(MAX_ACCEPTED_FALLING_HALF_PIXELS));
-    let slope = ((radius - radius_before) / (t - t_before).max(lit(1e-30))).named("slope");
+    let is_beside = field.less(half_pixel * lit(MAX_ACCEPTED_HALF_PIXELS));
+    let is_near = field.less(half_pixel * lit(MAX_ACCEPTED_FALLING_HALF_PIXELS));
+    let slope = ((field - field_before) / (t - t_before).max(lit(1e-30))).named("slope");
     let is_strictly_linear = (slope - trend)
         .abs()
         .less(slope * lit(-STRICT_LINEARITY_TOLERANCE));
-    let falls_before_far = radius.less(slope * (t - far));
+    let falls_before_far = field.less(slope * (t - far));
     let falls_nearby = R::and(falls_before_far, R::or(is_near, is_strictly_linear));
     R::select(R::or(is_beside, falls_nearby), lit(1.0), lit(0.0))
 }
@@ -341,17 +342,24 @@ pub fn accept_at_step_cap<R: Real>(
 /// Returns 1 if no further secant step would improve on the secant estimate, else 0.
 ///
 /// Then the last sample is above zero and as near before the root as rounding allows. Or both sides are that
-/// near to each other, or have the same value. For a field with unknown slopes (`raw` is 1) both sides must
+/// near to each other, or have the same value. For a field with unknown slopes (`is_raw` is 1) both sides must
 /// be near: it may be far flatter on one of them.
 #[inline(always)]
-pub fn is_settled<R: Real>(t: R, field: R, t_other: R, field_other: R, rounding: R, raw: R) -> R {
+pub fn is_settled<R: Real>(
+    t: R,
+    field: R,
+    t_other: R,
+    field_other: R,
+    rounding: R,
+    is_raw: R,
+) -> R {
     let change = (field_other - field).abs().named("change");
     let width = (t - t_other).abs().named("width");
-    let side_distance = side_distance::<R>(width, change, rounding, raw).named("side_distance");
+    let side_distance = side_distance::<R>(width, change, rounding, is_raw).named("side_distance");
     let is_at_hand =
         R::not((change * side_distance * lit(MAX_SETTLED_SIDE_DISTANCES)).less(field * width));
     let is_width_small = R::or(
-        raw.less(lit(0.5)),
+        is_raw.less(lit(0.5)),
         R::not((side_distance * lit(2.0)).less(width)),
     );
     let is_value_close = R::and(
@@ -365,7 +373,7 @@ pub fn is_settled<R: Real>(t: R, field: R, t_other: R, field_other: R, rounding:
 /// Returns the next point to sample within the bracket of a change of sign.
 ///
 /// It lies before the secant estimate, far enough for the field to be above zero by more than rounding. Where
-/// it is not, there is an earlier root: at the foot of a wall a line may lead through the wall, into the
+/// it is not, there is an earlier root. At the foot of a wall, a line may lead through the wall, into the
 /// plate below it.
 #[inline(always)]
 pub fn next_estimate<R: Real>(
@@ -374,12 +382,12 @@ pub fn next_estimate<R: Real>(
     t_other: R,
     field_other: R,
     rounding: R,
-    raw: R,
+    is_raw: R,
 ) -> R {
     let width = (t_other - t).named("width");
     let change = (field_other - field).abs().named("change");
     let side_distance =
-        side_distance::<R>(width.abs(), change, rounding, raw).named("side_distance");
+        side_distance::<R>(width.abs(), change, rounding, is_raw).named("side_distance");
     let root = secant_estimate::<R>(t, field, t_other, field_other).named("root");
     let estimate = (root - side_distance).max(t.min(t_other)).named("estimate");
     let is_short = (estimate - t).abs().less(side_distance);
@@ -390,9 +398,9 @@ pub fn next_estimate<R: Real>(
 /// Returns the distance from a root at which the sign is certain: [`SIDE_ROUNDINGS`] along a ray whose field
 /// changes by `change` over `width`. Slopes of raw fields are unknown there, and taken to be one.
 #[inline(always)]
-fn side_distance<R: Real>(width: R, change: R, rounding: R, raw: R) -> R {
+fn side_distance<R: Real>(width: R, change: R, rounding: R, is_raw: R) -> R {
     let over_slope = R::select(
-        lit::<R>(0.5).less(raw),
+        lit::<R>(0.5).less(is_raw),
         lit(1.0),
         width / change.max(lit(1e-30)),
     );

@@ -86,8 +86,8 @@ pub fn tap_spread(normals: Normals) -> f32 {
     }
 }
 
-/// Returns the distance of a tap from the point: `spread_half_pixels` halves of a pixel, but at least sixteen
-/// units in the last place of the largest coordinate, so that both points differ.
+/// Returns the distance of a tap from the point. It is `spread_half_pixels` halves of a pixel, but at least
+/// sixteen units in the last place of the largest coordinate, so that both points differ.
 #[inline(always)]
 pub fn tap_distance<R: Real>(p: R::Vec3, half_pixel: R, spread_half_pixels: R) -> R {
     let largest = p.abs().max_component();
@@ -160,7 +160,8 @@ pub fn bumped<R: Real>(normal: R::Vec3, bump: R::Vec3) -> R::Vec3 {
 
 /// Height above a surface at which secondary rays start, in halves of a pixel.
 const LIFT_HALF_PIXELS: f64 = 0.25;
-/// Height for sharp shadows, which are too short by the part of a low light that it hides.
+/// Height for sharp shadows, in halves of a pixel. It is lower, since lifted rays shorten the shadows of low
+/// lights.
 const SHARP_LIFT_HALF_PIXELS: f64 = 0.0625;
 
 /// Returns the height above a surface at which secondary rays start, along the normal: enough for a positive

@@ -99,7 +99,7 @@ pub fn diffuse_albedo<R: Real>(
     (R::Vec3::splat(lit(1.0)) - reflectance) * albedo * (lit::<R>(1.0) - metallic)
 }
 
-/// Returns the light of the sky that a surface reflects: `mean_sky` is the mean over the hemisphere that it
+/// Returns the light of the sky that a surface reflects. `mean_sky` is the mean over the hemisphere that it
 /// faces, `mirrored_sky` the sky in the mirror direction, and `open_fraction` the visible fraction of the
 /// sky.
 #[inline(always)]

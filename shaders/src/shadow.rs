@@ -7,11 +7,11 @@
 //! along it, leaves `h / (size · t)` of the light uncovered.
 //!
 //! A light with a size (`sized`) is partly visible where its centre is hidden. Rays to points around its rim
-//! find the edges of what hides it. On each side a light extends no farther than half of the distance to the
-//! nearest obstacle.
+//! find the edges of what hides it. On each side, the light's radius is at most half of the free distance
+//! beside its centre.
 
 use crate::camera::{faces, unit};
-use crate::marching;
+use crate::marching::{self, OVERSHOOT_FRACTION};
 use crate::occlusion::tangent_frame;
 use sdfc_vm::real::{Real, Vector3, lit};
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4};
@@ -135,7 +135,7 @@ const MIN_NEAREST_COSINE: f64 = 0.98;
 const MAX_MOVES: f64 = 3.0;
 
 /// Returns the distance along the ray beside a point of a surface, at which the candidate is probed once
-/// more; [`NO_CANDIDATE`] where that would find nothing new. The point is at `to_surface` from a candidate at
+/// more. [`NO_CANDIDATE`] where that would find nothing new. The point is at `to_surface` from a candidate at
 /// `t`. The probe found it after `round` rounds by the `gradient`, and `moves` counts earlier moves of the
 /// candidate.
 #[inline(always)]
@@ -236,9 +236,6 @@ pub fn slope<R: Real>(field: R, field_before: R, step: R) -> R {
     (field - field_before) / step.max(lit(1e-30))
 }
 
-/// Overshoot beyond an expected surface, as a fraction of the field before it. Thinner sheets may be passed.
-const OVERSHOOT_FRACTION: f64 = 0.02;
-
 /// Returns the step from the previous sample back to a sheet that the last step has passed, or 0 where it has
 /// passed none. The empty spheres around both samples leave a gap, and the field was falling by
 /// `slope_before` to zero in between. `margin` is the depth below zero that it must reach.
@@ -261,7 +258,7 @@ pub fn step_to_passed_sheet<R: Real>(
 }
 
 /// Returns the next step: the radius of the empty sphere, but at least `min_step`. For a light with a size it
-/// is at least a tenth of the light's radius there: nothing narrower than a tenth of the penumbra is visible.
+/// is at least a tenth of the light's radius there. Nothing narrower than a tenth of the penumbra is visible.
 #[inline(always)]
 pub fn stride<R: Real>(field: R, t: R, min_step: R, size: R) -> R {
     field.max(min_step.max(size * t * lit(0.1)))
@@ -361,8 +358,8 @@ pub fn candidate_bound<R: Real>(visibility: R, number: R) -> R {
 }
 
 /// Returns the distance up to which rays to the rim need no samples, after a sample at `t` of the ray to the
-/// centre. Up to there the empty spheres of that ray contain them. The result is negative from the first
-/// sample on whose sphere is too small.
+/// centre. While it is positive, the empty spheres of all samples contain the rays to the rim. The first
+/// sample with a smaller sphere makes it final, and negative.
 #[inline(always)]
 pub fn clear_until<R: Real>(clear_t: R, field: R, t: R, size: R) -> R {
     let is_clear = (size * t * lit(2.0 * RIM_RADII)).less(field);

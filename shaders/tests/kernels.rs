@@ -12,7 +12,7 @@ use sdfc_shaders::layout::{
     CellJob, FrameUniforms, LightRecord, RayState, ShadowRayState, SplitParams, Surface,
 };
 use sdfc_vm::blend::BlendKernel as Blend;
-use sdfc_vm::program::{Code, KernelRequirements};
+use sdfc_vm::program::{KernelRequirements, Opcode};
 use std::collections::BTreeSet;
 
 const SCENE: &str = "
@@ -79,7 +79,7 @@ const SHADOWS: [ShadowForm; 5] = [
     ShadowForm::None,
     ShadowForm::Hard,
     ShadowForm::Plain,
-    ShadowForm::Improved,
+    ShadowForm::Soft,
     ShadowForm::Sized,
 ];
 
@@ -92,16 +92,16 @@ fn variants() -> Vec<Features> {
         normals: Normals::Exact,
         materials: true,
         fog: true,
-        plane: false,
+        is_2d: false,
         generic: false,
     };
     let mut variants = vec![Features::default(), everything.clone()];
     for mode in MODES {
-        for plane in [false, true] {
+        for is_2d in [false, true] {
             for materials in [false, true] {
                 variants.push(Features {
                     mode,
-                    plane,
+                    is_2d,
                     materials,
                     ..everything.clone()
                 });
@@ -128,20 +128,20 @@ fn variants() -> Vec<Features> {
 /// Returns each variant with the features of its kernels: its own, and the generic ones.
 fn variants_and_forms() -> impl Iterator<Item = (Features, Features)> {
     variants().into_iter().flat_map(|features| {
-        let asked = Features {
+        let specialized = Features {
             materials: true,
             generic: true,
             ..features.clone()
         };
         let generic = features.for_generic_kernels();
-        [(features.clone(), features), (asked, generic)]
+        [(features.clone(), features), (specialized, generic)]
     })
 }
 
 #[test]
 fn all_kernels_validate() {
-    for (asked, features) in variants_and_forms() {
-        for stage in stages(&asked) {
+    for (specialized, features) in variants_and_forms() {
+        for stage in stages(&specialized) {
             let kernel = trivial(stage, &features);
             let module = validated(&kernel);
             let declared: BTreeSet<u32> = module
@@ -214,7 +214,7 @@ fn layouts_are_those_of_rust() {
 
 /// Returns requirements of programs, from the least to all.
 fn requirements() -> [KernelRequirements; 3] {
-    let sphere = Code::from_name("sphere").expect("there is a sphere");
+    let sphere = Opcode::from_name("sphere").expect("there is a sphere");
     let least = KernelRequirements {
         codes: vec![sphere],
         ..KernelRequirements::default()
@@ -310,7 +310,7 @@ fn functions(kernel: &StageKernel) -> String {
 fn kernels_contain_what_is_used() {
     let plain = Features::default();
     let rich = Features {
-        lights: vec![ShadowForm::Improved, ShadowForm::Sized],
+        lights: vec![ShadowForm::Soft, ShadowForm::Sized],
         occlusion: Occlusion::Multi(16),
         normals: Normals::Tetrahedron,
         materials: true,

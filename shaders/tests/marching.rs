@@ -10,7 +10,7 @@ struct Rays {
     half_pixel: f32,
     relaxation: f32,
     rounding: f32,
-    raw: f32,
+    is_raw: f32,
 }
 
 impl Rays {
@@ -20,35 +20,35 @@ impl Rays {
             half_pixel: 4.0 * threshold,
             relaxation: marching::DEFAULT_RELAXATION as f32,
             rounding: 1e-6,
-            raw: 0.0,
+            is_raw: 0.0,
         }
     }
 
     /// Marches a field along a line; returns the distance and the number of steps.
     fn march(self, field: impl Fn(f32) -> f32, steps: usize) -> (f32, usize) {
-        let (mut t, mut radius, mut step, mut trend) = (0.0, 0.0, 0.0, -1.0);
-        let (mut t_before, mut radius_before) = (0.0, 0.0);
+        let (mut t, mut value, mut step, mut trend) = (0.0, 0.0, 0.0, -1.0);
+        let (mut t_before, mut value_before) = (0.0, 0.0);
         for n in 1..=steps {
             let next = marching::march_step(
                 t,
-                radius,
+                value,
                 step,
                 trend,
                 t_before,
-                radius_before,
+                value_before,
                 field(t + step),
                 n as f32,
                 self.threshold,
                 self.half_pixel,
                 self.relaxation,
                 self.rounding,
-                self.raw,
+                self.is_raw,
                 1e9,
             );
-            (t, radius, step, trend) = (next.t, next.radius, next.step, next.trend);
-            (t_before, radius_before) = (next.t_before, next.radius_before);
+            (t, value, step, trend) = (next.t, next.field, next.step, next.trend);
+            (t_before, value_before) = (next.t_before, next.field_before);
             if next.arrived > 0.0 {
-                let ends = [(t, radius), (t_before, radius_before)];
+                let ends = [(t, value), (t_before, value_before)];
                 return (self.root_between(&field, ends), n);
             }
         }
@@ -60,10 +60,11 @@ impl Rays {
         let [(mut t, mut value), (mut other, mut value_other)] = ends;
         for _ in 0..marching::MAX_SECANT_STEPS {
             let rounding = marching::rounding_at(t, self.rounding);
-            if marching::is_settled(t, value, other, value_other, rounding, self.raw) > 0.0 {
+            if marching::is_settled(t, value, other, value_other, rounding, self.is_raw) > 0.0 {
                 break;
             }
-            let guess = marching::next_estimate(t, value, other, value_other, rounding, self.raw);
+            let guess =
+                marching::next_estimate(t, value, other, value_other, rounding, self.is_raw);
             let best = marching::secant_step(t, value, other, value_other, guess, field(guess));
             (t, value, other, value_other) = (best.t, best.field, best.t_other, best.field_other);
         }
@@ -75,7 +76,7 @@ impl Rays {
 fn between(field: impl Fn(f32) -> f32, ends: [(f32, f32); 2]) -> f32 {
     let rays = Rays {
         rounding: 2e-7,
-        raw: 1.0,
+        is_raw: 1.0,
         ..Rays::with_threshold(1e-3)
     };
     rays.root_between(field, ends)
@@ -329,7 +330,7 @@ fn estimated_roots_take_few_steps() {
 fn far_estimates_of_raw_fields_are_sampled_halfway() {
     let rays = Rays {
         half_pixel: 0.05,
-        raw: 1.0,
+        is_raw: 1.0,
         ..Rays::with_threshold(0.0025)
     };
     // Ground that was divided by fifty, and before it a wall that was not.

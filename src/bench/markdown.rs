@@ -94,7 +94,10 @@ pub(crate) fn provenance(report: &BenchReport) -> Vec<String> {
         1 => "times of one picture".to_owned(),
         rounds => format!("times are medians of at most {rounds} pictures"),
     });
-    lines.push(format!("the default threshold is {}", RenderSettings::CONE));
+    lines.push(format!(
+        "the default threshold is {}",
+        RenderSettings::DEFAULT_THRESHOLD_FRACTION
+    ));
     lines
 }
 

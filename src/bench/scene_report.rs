@@ -123,8 +123,12 @@ pub(crate) fn measure_scene(
 /// Returns the settings of a small picture, one sample per pixel.
 fn settings(path: &Path, opened: &OpenedScene, width: u32) -> Result<RenderSettings, Failure> {
     let input_error = |problem: String| Failure::Input(format!("{}: {problem}", path.display()));
-    let settings = resolve(opened.module(), &opened.outputs, &Overrides::default())
-        .map_err(|error| input_error(error.to_string()))?;
+    let settings = resolve(
+        opened.module(),
+        &opened.uniform_values,
+        &Overrides::default(),
+    )
+    .map_err(|error| input_error(error.to_string()))?;
     if settings.is_2d {
         return Err(input_error(
             "a 2-D shape has no depth that could be wrong".to_owned(),

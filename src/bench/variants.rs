@@ -41,7 +41,7 @@ impl RenderSettingsVariant {
     /// Returns the variant of a scene's own settings.
     pub(crate) fn from_settings(settings: &RenderSettings) -> Self {
         Self {
-            threshold: settings.cone,
+            threshold: settings.threshold_fraction,
             relaxation: settings.relaxation,
             normals: settings.normals,
             lod: None,
@@ -64,7 +64,7 @@ impl RenderSettingsVariant {
     /// them.
     pub(crate) fn applied(&self, settings: &RenderSettings) -> RenderSettings {
         RenderSettings {
-            cone: self.threshold,
+            threshold_fraction: self.threshold,
             relaxation: self.relaxation,
             normals: self.normals,
             cells: if self.whole {
@@ -111,7 +111,7 @@ impl RenderSettingsVariant {
     }
 }
 
-/// The tried thresholds; [`RenderSettings::CONE`] is one of them.
+/// The tried thresholds; [`RenderSettings::DEFAULT_THRESHOLD_FRACTION`] is one of them.
 const THRESHOLDS: [f64; 7] = [0.002, 0.01, 0.05, 0.1, 0.25, 0.5, 1.0];
 /// The tried tolerances of simplified shapes, in pixels.
 const LOD_PIXELS: [f64; 3] = [0.5, 1.0, 2.0];
@@ -183,23 +183,23 @@ pub(crate) fn sweep(
 const COMBINATIONS: [(f64, f64, Option<Normals>, Option<f64>); 7] = [
     (0.01, 0.0, None, None),
     (0.25, 0.0, None, None),
-    (0.1, RenderSettings::RELAXATION, None, Some(0.5)),
-    (0.5, RenderSettings::RELAXATION, None, Some(0.5)),
+    (0.1, RenderSettings::DEFAULT_RELAXATION, None, Some(0.5)),
+    (0.5, RenderSettings::DEFAULT_RELAXATION, None, Some(0.5)),
     (
         0.5,
-        RenderSettings::RELAXATION,
+        RenderSettings::DEFAULT_RELAXATION,
         Some(Normals::Forward),
         None,
     ),
     (
         1.0,
-        RenderSettings::RELAXATION,
+        RenderSettings::DEFAULT_RELAXATION,
         Some(Normals::Tetrahedron),
         Some(1.0),
     ),
     (
         1.0,
-        RenderSettings::RELAXATION,
+        RenderSettings::DEFAULT_RELAXATION,
         Some(Normals::Forward),
         Some(2.0),
     ),
@@ -211,8 +211,8 @@ mod tests {
 
     fn default() -> RenderSettingsVariant {
         RenderSettingsVariant {
-            threshold: RenderSettings::CONE,
-            relaxation: RenderSettings::RELAXATION,
+            threshold: RenderSettings::DEFAULT_THRESHOLD_FRACTION,
+            relaxation: RenderSettings::DEFAULT_RELAXATION,
             normals: Normals::Exact,
             lod: None,
             whole: false,

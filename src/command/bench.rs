@@ -14,9 +14,9 @@ use std::path::{Path, PathBuf};
 /// Measure speed against error: draw scenes with many settings on each engine, and compare the
 /// pictures with those of the engine reference.
 ///
-/// One setting is changed at a time (where rays stop, how they step, how normals are found, how much
-/// detail is kept), and a few together. Without `--report`, `--markdown` or `--json` the tables are
-/// printed as Markdown.
+/// One setting is changed at a time (where rays stop, how they step, how normals are found, the amount of
+/// detail), and a few together. Without `--report`, `--markdown` or `--json` the tables are printed as
+/// Markdown.
 #[derive(Debug, clap::Args)]
 pub(crate) struct Arguments {
     /// The scenes.

@@ -134,7 +134,7 @@ fn syntax_tree(path: &Path, terminal: &Terminal) -> Result<String, Failure> {
 fn elaborate(path: &Path, build: &BuildArgs) -> Result<OpenResult<Scene>, Failure> {
     match scene::read(path)? {
         SceneFile::Text(text) => scene::elaborated(path, text, build),
-        SceneFile::Clauses(text) => scene::clauses(path, text, build),
+        SceneFile::FidgetText(text) => scene::fidget_text(path, text, build),
         SceneFile::Bytecode(_) => Err(no_text_error(path, "scene")),
     }
 }

@@ -9,7 +9,7 @@ use sdfc_compiler::compile::operation_counts;
 use sdfc_runtime::rounding::Rounding;
 use sdfc_shaders::tone;
 use sdfc_vm::bounds::Bounds;
-use sdfc_vm::program::{Code, Module};
+use sdfc_vm::program::{Module, Opcode};
 use sdfc_vm::settings::{Param, ParamKind};
 use sdfc_vm::table::Op;
 use sdfc_vm::vector::V3;
@@ -54,7 +54,7 @@ fn page(opened: &scene::OpenedScene, rounding_error: Option<&Rounding>) -> Strin
     };
     fact(
         "kind",
-        if settings.is_plane {
+        if settings.is_2d {
             "a 2-D shape"
         } else {
             "a solid"
@@ -227,7 +227,7 @@ fn as_json(opened: &scene::OpenedScene, rounding_error: Option<&Rounding>) -> Va
     };
     let counts = operation_counts(&opened.compiled.optimized);
     json!({
-        "plane": settings.is_plane,
+        "plane": settings.is_2d,
         "bounds": { "min": corner(settings.bounds.min), "max": corner(settings.bounds.max) },
         "divisor": divisor(module),
         "rounding": rounding_error.map(rounding::as_json),
@@ -267,9 +267,9 @@ fn divisor(module: &Module) -> f64 {
     let divisors = module.distance.code.iter().filter_map(|i| {
         let pool = &module.distance.pool[i.parameters as usize..];
         match i.code {
-            Code::Op(Op::FieldDistance) => Some(1.0 / f64::from(pool[0][0])),
+            Opcode::Op(Op::FieldDistance) => Some(1.0 / f64::from(pool[0][0])),
             // The inverse of the bound within the cube.
-            Code::Op(Op::FieldGrowth) => Some(1.0 / f64::from(pool[0][3])),
+            Opcode::Op(Op::FieldGrowth) => Some(1.0 / f64::from(pool[0][3])),
             _ => None,
         }
     });

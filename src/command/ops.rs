@@ -3,7 +3,7 @@
 use crate::failure::Failure;
 use crate::output;
 use sdfc_compiler::elaborate::{self, FunctionDoc};
-use sdfc_vm::row::{Argument, ArgumentKind, BoundsRule, Category, Exactness, Slope};
+use sdfc_vm::row::{Argument, ArgumentKind, BoundsRule, Category, Exactness, SlopeRule};
 use sdfc_vm::table::{ROWS, Row};
 use serde_json::json;
 use std::fmt::Write;
@@ -23,7 +23,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
         Some(name) => named(name)?,
         None => ROWS
             .iter()
-            .filter(|row| row.meta.category != Category::Internal)
+            .filter(|row| row.facts.category != Category::Internal)
             .collect(),
     };
     let functions: Vec<FunctionDoc> = functions()
@@ -86,7 +86,7 @@ fn named(name: &str) -> Result<Vec<&'static Row>, Failure> {
 fn list(rows: &[&Row], functions: &[FunctionDoc]) -> String {
     let mut text = String::new();
     for category in CATEGORIES {
-        let rows = rows.iter().filter(|row| row.meta.category == category);
+        let rows = rows.iter().filter(|row| row.facts.category == category);
         let calls: Vec<_> = rows.map(|row| (call(row), row.doc)).collect();
         list_calls(&mut text, heading(category), &calls);
     }
@@ -129,7 +129,7 @@ fn summary(doc: &str) -> &str {
 
 /// Returns the complete description of a row.
 fn page(row: &Row) -> String {
-    let meta = &row.meta;
+    let facts = &row.facts;
     let mut text = format!("{}\n  {}\n\n", call(row), row.doc.trim());
     for argument in arguments(row) {
         let _ = write!(
@@ -148,11 +148,11 @@ fn page(row: &Row) -> String {
             let _ = writeln!(text, "  {name:10}  {value}");
         }
     };
-    fact("distance", exactness(meta.exactness));
-    fact("slope", &slope(&meta.slope));
-    fact("bounds", bounds(&meta.bounds));
+    fact("distance", exactness(facts.exactness));
+    fact("slope", &slope(&facts.slope));
+    fact("bounds", bounds(&facts.bounds));
     fact("listing", row.name);
-    fact("source", meta.source);
+    fact("source", facts.source);
     text
 }
 
@@ -201,11 +201,13 @@ fn heading(category: Category) -> &'static str {
 
 /// Returns the word of the language for a row.
 fn word(row: &Row) -> Option<&'static str> {
-    row.meta.language.map(|language| language.name)
+    row.facts.language.map(|language| language.name)
 }
 
 fn arguments(row: &Row) -> &'static [Argument] {
-    row.meta.language.map_or(&[], |language| language.arguments)
+    row.facts
+        .language
+        .map_or(&[], |language| language.arguments)
 }
 
 /// Returns the row as a call in a scene; without a word in the language, its name in listings.
@@ -265,28 +267,34 @@ fn exactness(exactness: Exactness) -> &'static str {
         Exactness::Exact => "exact",
         Exactness::ExactOutside => "exact outside, too small inside",
         Exactness::Bound => "a bound: never too large, sometimes too small",
-        Exactness::Field => "none: marching relies on the slope bound",
+        Exactness::Unknown => "none: marching relies on the slope bound",
     }
 }
 
-fn slope(slope: &Slope) -> String {
+fn slope(slope: &SlopeRule) -> String {
     match slope {
-        Slope::Constant(bound) => format!("at most {bound}"),
-        Slope::FromParams(_) => "follows from the arguments".to_owned(),
-        Slope::MaxOfOperands(factor) if *factor == 1.0 => "that of the steepest operand".to_owned(),
-        Slope::MaxOfOperands(factor) => format!("that of the steepest operand, times {factor}"),
-        Slope::MaxOfOperandsOrOne => "that of the steepest operand, at least 1".to_owned(),
-        Slope::Step => "none: the value is discontinuous, and a safe step on both sides".to_owned(),
-        Slope::Sum => "the sum of the operands'".to_owned(),
-        Slope::Norm => "the root of the sum of the operands' squares".to_owned(),
-        Slope::PlusParams(_) => {
+        SlopeRule::Constant(bound) => format!("at most {bound}"),
+        SlopeRule::FromParams(_) => "follows from the arguments".to_owned(),
+        SlopeRule::MaxOfOperands(factor) if *factor == 1.0 => {
+            "that of the steepest operand".to_owned()
+        }
+        SlopeRule::MaxOfOperands(factor) => format!("that of the steepest operand, times {factor}"),
+        SlopeRule::MaxOfOperandsOrOne => "that of the steepest operand, at least 1".to_owned(),
+        SlopeRule::Step => {
+            "none: the value is discontinuous, and a safe step on both sides".to_owned()
+        }
+        SlopeRule::Sum => "the sum of the operands'".to_owned(),
+        SlopeRule::Norm => "the root of the sum of the operands' squares".to_owned(),
+        SlopeRule::PlusParams(_) => {
             "the operand's, plus an amount that follows from the arguments".to_owned()
         }
-        Slope::ScaledBy(_) => {
+        SlopeRule::ScaledBy(_) => {
             "the operand's, times a factor that follows from the arguments".to_owned()
         }
-        Slope::Fold | Slope::PointMap(_) => "the shape's, times the stretch of space".to_owned(),
-        Slope::Unbounded => "computed by interval arithmetic".to_owned(),
+        SlopeRule::Fold | SlopeRule::PointMap(_) => {
+            "the shape's, times the stretch of space".to_owned()
+        }
+        SlopeRule::Unbounded => "computed by interval arithmetic".to_owned(),
     }
 }
 
@@ -316,13 +324,13 @@ fn as_json(row: &Row) -> serde_json::Value {
     json!({
         "name": row.name,
         "word": word(row),
-        "category": heading(row.meta.category),
+        "category": heading(row.facts.category),
         "doc": row.doc.trim(),
         "arguments": arguments,
-        "exactness": exactness(row.meta.exactness),
-        "slope": slope(&row.meta.slope),
-        "bounds": bounds(&row.meta.bounds),
-        "source": row.meta.source,
+        "exactness": exactness(row.facts.exactness),
+        "slope": slope(&row.facts.slope),
+        "bounds": bounds(&row.facts.bounds),
+        "source": row.facts.source,
     })
 }
 

@@ -42,11 +42,7 @@ pub(crate) fn run(arguments: &Arguments, terminal: &Terminal) -> Result<(), Fail
     if std::io::stdin().is_terminal() {
         terminal.note("write a point a line: x y z");
     }
-    let points = points(
-        &input::standard()?,
-        scene.module().settings.is_plane,
-        terminal,
-    )?;
+    let points = points(&input::standard()?, scene.module().settings.is_2d, terminal)?;
     engine::load(&mut *engine, &scene)?;
     let samples = engine.query(&points).map_err(engine::to_failure)?;
     let materials = &scene.module().settings.materials;
@@ -74,7 +70,7 @@ pub(crate) fn run(arguments: &Arguments, terminal: &Terminal) -> Result<(), Fail
 }
 
 /// Parses the points of a text, a line each; the third coordinate is optional in the plane.
-fn points(text: &str, plane: bool, terminal: &Terminal) -> Result<Vec<[f32; 3]>, Failure> {
+fn points(text: &str, is_2d: bool, terminal: &Terminal) -> Result<Vec<[f32; 3]>, Failure> {
     let mut points = Vec::new();
     let mut problems = Vec::new();
     for (number, line) in text.lines().enumerate() {
@@ -82,7 +78,7 @@ fn points(text: &str, plane: bool, terminal: &Terminal) -> Result<Vec<[f32; 3]>,
         if content.is_empty() {
             continue;
         }
-        match point(content, plane) {
+        match point(content, is_2d) {
             Ok(point) => points.push(point),
             Err(problem) => {
                 problems.push(format!("standard input, line {}: {problem}", number + 1))
@@ -104,7 +100,7 @@ fn points(text: &str, plane: bool, terminal: &Terminal) -> Result<Vec<[f32; 3]>,
     Err(Failure::AlreadyReported(INPUT))
 }
 
-fn point(content: &str, plane: bool) -> Result<[f32; 3], String> {
+fn point(content: &str, is_2d: bool) -> Result<[f32; 3], String> {
     let separators = |c: char| c.is_whitespace() || c == ',';
     let words: Vec<&str> = content
         .split(separators)
@@ -117,7 +113,7 @@ fn point(content: &str, plane: bool) -> Result<[f32; 3], String> {
     };
     match words.as_slice() {
         [x, y, z] => Ok([number(x)?, number(y)?, number(z)?]),
-        [x, y] if plane => Ok([number(x)?, number(y)?, 0.0]),
+        [x, y] if is_2d => Ok([number(x)?, number(y)?, 0.0]),
         several => Err(format!(
             "a point is three numbers, and here {} {}",
             if several.len() == 1 { "is" } else { "are" },

@@ -179,7 +179,7 @@ pub(super) fn draw(
     let build = arguments.build.for_engine(engine);
     let (lod, overrides) = (&arguments.lod, arguments.picture.overrides());
     let scene = lod.open(&arguments.scene, &build, &overrides, terminal)?;
-    let settings = resolve(scene.module(), &scene.outputs, &overrides)
+    let settings = resolve(scene.module(), &scene.uniform_values, &overrides)
         .map_err(|error| Failure::Input(format!("{}: {error}", arguments.scene.display())))?;
     let started = Instant::now();
     engine::load(engine, &scene)?;

@@ -89,7 +89,7 @@ fn compare(
     terminal: &Terminal,
 ) -> Result<Report, Failure> {
     let scene = scene::open(path, &arguments.build, terminal)?;
-    let settings = resolve(scene.module(), &scene.outputs, &Overrides::default())
+    let settings = resolve(scene.module(), &scene.uniform_values, &Overrides::default())
         .map_err(|error| Failure::Input(format!("{}: {error}", path.display())))?;
     let settings = match arguments.size {
         Some(size) => RenderSettings {

@@ -44,7 +44,7 @@ pub(super) fn draft(options: &GenerateOptions) -> Draft {
             let (ring_angle, tube_angle) = (u * TAU, v * TAU);
             let tube_distance = (TUBE - 0.3 * spacing).max(0.0) * w.sqrt();
             let ring_distance = RING + tube_distance * tube_angle.cos();
-            let center = [
+            let centre = [
                 ring_distance * ring_angle.cos(),
                 tube_distance * tube_angle.sin(),
                 ring_distance * ring_angle.sin(),
@@ -61,7 +61,7 @@ pub(super) fn draft(options: &GenerateOptions) -> Draft {
                     % PALETTE.len(),
                 text: format!(
                     "brick({}, {}, {}, {}deg, {})",
-                    list(center, spacing),
+                    list(centre, spacing),
                     list(sides, spacing),
                     number(round, spacing),
                     random.between(0.0, 360.0) as u32,

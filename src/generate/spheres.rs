@@ -42,7 +42,7 @@ pub(super) fn draft(options: &GenerateOptions) -> Draft {
             let (height, angle) = (2.0 * u - 1.0, v * TAU);
             let circle_radius = (1.0 - height * height).sqrt();
             let distance = (RADIUS - 0.4 * spacing) * w.cbrt();
-            let center = [
+            let centre = [
                 circle_radius * angle.cos(),
                 height,
                 circle_radius * angle.sin(),
@@ -50,8 +50,8 @@ pub(super) fn draft(options: &GenerateOptions) -> Draft {
             .map(|c| c * distance);
             let band = (6.0 * height + 2.0 * (angle + tilt).sin()).sin();
             let radius = spacing * (0.38 + 0.12 * band) * random.between(0.85, 1.15);
-            let [x, y, z] = center.map(|c| number(c, size));
-            let level = (center[1] / RADIUS + 1.0) / 2.0 + random.between(-0.08, 0.08);
+            let [x, y, z] = centre.map(|c| number(c, size));
+            let level = (centre[1] / RADIUS + 1.0) / 2.0 + random.between(-0.08, 0.08);
             Primitive {
                 material: (level.clamp(0.0, 0.999) * PALETTE.len() as f64) as usize,
                 text: format!("ball({x}, {y}, {z}, {})", number(radius, size)),

@@ -1,13 +1,13 @@
 //! `--lod`: a scene reduced to the detail that its picture shows.
 //!
-//! The size of a pixel follows from the scene's settings: the scene is compiled once for these alone, and
+//! The size of a pixel follows from the scene's settings. The scene is compiled once for these alone, and
 //! then for the camera that they give.
 
 use super::{BuildArgs, OpenedScene};
 use crate::failure::Failure;
 use crate::terminal::Terminal;
 use sdfc_compiler::open::SceneFile;
-use sdfc_compiler::passes::lod::{LodTarget, PixelFootprint};
+use sdfc_compiler::passes::lod::{LodTarget, PixelSize};
 use sdfc_runtime::render::{RenderSettings, ResolvedLens};
 use sdfc_runtime::settings::{Overrides, resolve};
 use std::path::Path;
@@ -45,7 +45,7 @@ impl LodArgs {
                 "`--lod` requires a pass that `-O0` or `--no-pass` leaves out".to_owned(),
             ));
         }
-        let settings = resolve(opened.module(), &opened.outputs, overrides)
+        let settings = resolve(opened.module(), &opened.uniform_values, overrides)
             .map_err(|error| Failure::Input(format!("{}: {error}", path.display())))?;
         recompile_for_view(path, build, &settings, tolerance)
     }
@@ -94,12 +94,8 @@ fn lod_target(settings: &RenderSettings, tolerance: f64) -> LodTarget {
     LodTarget {
         camera_position: settings.view.from,
         pixel: match settings.view.lens {
-            ResolvedLens::Perspective(angle) => {
-                PixelFootprint::from_perspective(angle, settings.size)
-            }
-            ResolvedLens::Orthographic(shown) => {
-                PixelFootprint::from_parallel(shown, settings.size)
-            }
+            ResolvedLens::Perspective(angle) => PixelSize::from_perspective(angle, settings.size),
+            ResolvedLens::Orthographic(shown) => PixelSize::from_parallel(shown, settings.size),
         },
         tolerance,
     }

@@ -20,14 +20,14 @@ fn engines_draw_every_scene_alike() {
     let mut failures = Vec::new();
     for path in scenes("tests/scenes").iter().chain(&scenes("examples")) {
         let mut compiled = on_large_stack(|| compiled(path, PassOptions::default()));
-        let outputs = compiled.module.update(0.0);
+        let uniform_values = compiled.module.update(0.0);
         let source = compiled.generated();
         let overrides = Overrides {
             size: Some([48, 32]),
             aa: Some(1),
             ..Overrides::default()
         };
-        let settings = resolve(&compiled.module, &outputs, &overrides);
+        let settings = resolve(&compiled.module, &uniform_values, &overrides);
         let settings = settings.unwrap_or_else(|error| panic!("{}: {error}", path.display()));
         let generated = SceneSource {
             text: &source.text,
@@ -35,7 +35,7 @@ fn engines_draw_every_scene_alike() {
         };
         let loaded = SceneInput {
             module: &compiled.module,
-            outputs: &outputs,
+            uniform_values: &uniform_values,
             generated,
         };
         let report = verify(&loaded, &mut engines, &small_settings(&settings));

@@ -37,12 +37,12 @@ fn open_engine(kind: EngineKind) -> Box<dyn Engine> {
 fn picture(
     engine: &mut dyn Engine,
     module: &Module,
-    outputs: &[f64],
+    uniform_values: &[f64],
     settings: &RenderSettings,
 ) -> Image {
     let loaded = SceneInput {
         module,
-        outputs,
+        uniform_values,
         generated: SceneSource::default(),
     };
     engine.load(&loaded).expect("the scene loads");
@@ -53,7 +53,7 @@ fn picture(
 fn drawn(
     engine: &mut dyn Engine,
     compiled: &Compiled,
-    outputs: &[f64],
+    uniform_values: &[f64],
     (cells, size): (CellMode, [u32; 2]),
 ) -> Image {
     let overrides = Overrides {
@@ -62,8 +62,9 @@ fn drawn(
         cells,
         ..Overrides::default()
     };
-    let settings = resolve(&compiled.module, outputs, &overrides).expect("the scene has settings");
-    picture(engine, &compiled.module, outputs, &settings)
+    let settings =
+        resolve(&compiled.module, uniform_values, &overrides).expect("the scene has settings");
+    picture(engine, &compiled.module, uniform_values, &settings)
 }
 
 #[test]
@@ -72,8 +73,8 @@ fn pictures_are_the_same_with_and_without_cells() {
     let mut engine = open_engine(EngineKind::Cpu);
     for path in scene_paths() {
         let mut compiled = on_large_stack(|| compiled(&path, PassOptions::default()));
-        let outputs = compiled.module.update(0.0);
-        let mut drawn = |cells| drawn(&mut *engine, &compiled, &outputs, (cells, [128, 96]));
+        let uniform_values = compiled.module.update(0.0);
+        let mut drawn = |cells| drawn(&mut *engine, &compiled, &uniform_values, (cells, [128, 96]));
         let without = drawn(CellMode::Never);
         for cells in [CellMode::Auto, CellMode::Always] {
             let with = drawn(cells);
@@ -101,7 +102,7 @@ fn normals_by_leaves_are_those_of_the_full_program() {
     ] {
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(scene);
         let mut compiled = on_large_stack(|| compiled(&path, PassOptions::default()));
-        let outputs = compiled.module.update(0.0);
+        let uniform_values = compiled.module.update(0.0);
         let overrides = |cells| Overrides {
             size: Some([320, 240]),
             aa: Some(1),
@@ -110,9 +111,9 @@ fn normals_by_leaves_are_those_of_the_full_program() {
             ..Overrides::default()
         };
         let [without, with] = [CellMode::Never, CellMode::Always].map(|cells| {
-            let settings = resolve(&compiled.module, &outputs, &overrides(cells));
+            let settings = resolve(&compiled.module, &uniform_values, &overrides(cells));
             let settings = settings.expect("the scene has settings");
-            picture(&mut *engine, &compiled.module, &outputs, &settings)
+            picture(&mut *engine, &compiled.module, &uniform_values, &settings)
         });
         let differs = |&index: &usize| {
             let [n, m] = [&without, &with].map(|frame| Vec3::from(frame.normal[index]));
@@ -136,8 +137,8 @@ fn the_interpreter_draws_the_same_bits_with_and_without_cells() {
     let mut failures = Vec::new();
     for path in scene_paths() {
         let mut compiled = on_large_stack(|| compiled(&path, PassOptions::default()));
-        let outputs = compiled.module.update(0.0);
-        let mut drawn = |cells| drawn(&mut *engine, &compiled, &outputs, (cells, [64, 48]));
+        let uniform_values = compiled.module.update(0.0);
+        let mut drawn = |cells| drawn(&mut *engine, &compiled, &uniform_values, (cells, [64, 48]));
         let [without, with] = [CellMode::Never, CellMode::Always].map(&mut drawn);
         let differing =
             |same: &dyn Fn(usize) -> bool| (0..without.depth.len()).filter(|&i| !same(i)).count();
@@ -179,10 +180,10 @@ fn a_query_of_many_points_gives_the_values_of_one_of_few() {
     points[99] = [f32::INFINITY, 0.0, 1.0];
     for path in scene_paths() {
         let mut compiled = on_large_stack(|| compiled(&path, PassOptions::default()));
-        let outputs = compiled.module.update(0.0);
+        let uniform_values = compiled.module.update(0.0);
         let loaded = SceneInput {
             module: &compiled.module,
-            outputs: &outputs,
+            uniform_values: &uniform_values,
             generated: SceneSource::default(),
         };
         engine.load(&loaded).expect("the scene loads");
@@ -315,8 +316,8 @@ fn fields_get_cells_where_they_are_worth_it() {
     let cells_of = |scene: &str, engine: &mut dyn Engine| {
         let path = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join(scene);
         let mut compiled = on_large_stack(|| compiled(&path, PassOptions::default()));
-        let outputs = compiled.module.update(0.0);
-        let frame = drawn(engine, &compiled, &outputs, (CellMode::Auto, size));
+        let uniform_values = compiled.module.update(0.0);
+        let frame = drawn(engine, &compiled, &uniform_values, (CellMode::Auto, size));
         frame.stats.cells.count
     };
     // Measured: see `runtime/src/cells/trial.rs`.
@@ -348,7 +349,7 @@ fn things_on_an_endless_ground_have_as_short_tapes_as_without_it() {
         let mut engine = open_engine(EngineKind::Cpu);
         let loaded = SceneInput {
             module: &module,
-            outputs: &[],
+            uniform_values: &[],
             generated: SceneSource::default(),
         };
         engine.load(&loaded).expect("the scene loads");
@@ -551,7 +552,7 @@ fn cells_are_those_of_the_picture_and_not_of_the_one_before() {
             mode,
             ..Overrides::default()
         };
-        let settings = resolve(loaded.module, loaded.outputs, &overrides).expect("settings");
+        let settings = resolve(loaded.module, loaded.uniform_values, &overrides).expect("settings");
         engine
             .render(&settings, &|_| {})
             .expect("it is drawn")
@@ -560,10 +561,10 @@ fn cells_are_those_of_the_picture_and_not_of_the_one_before() {
     for scene in ["examples/figures.sdf", "examples/hello.sdf"] {
         let path = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join(scene);
         let mut compiled = on_large_stack(|| compiled(&path, PassOptions::default()));
-        let outputs = compiled.module.update(0.0);
+        let uniform_values = compiled.module.update(0.0);
         let loaded = SceneInput {
             module: &compiled.module,
-            outputs: &outputs,
+            uniform_values: &uniform_values,
             generated: SceneSource::default(),
         };
         let started = || {

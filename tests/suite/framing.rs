@@ -60,10 +60,10 @@ fn open_cameras_frame_what_has_an_end() {
     let (mut count, mut failures) = (0, Vec::new());
     for path in open_scenes() {
         let mut compiled = on_large_stack(|| compiled(&path, PassOptions::default()));
-        let outputs = compiled.module.update(0.0);
+        let uniform_values = compiled.module.update(0.0);
         let module = &compiled.module;
         // Floors and unbounded fields may fill the picture.
-        if module.settings.is_plane || !module.settings.bounds.is_finite() {
+        if module.settings.is_2d || !module.settings.bounds.is_finite() {
             continue;
         }
         let overrides = Overrides {
@@ -71,10 +71,10 @@ fn open_cameras_frame_what_has_an_end() {
             aa: Some(1),
             ..Overrides::default()
         };
-        let settings = resolve(module, &outputs, &overrides).expect("it has settings");
+        let settings = resolve(module, &uniform_values, &overrides).expect("it has settings");
         let scene = SceneInput {
             module,
-            outputs: &outputs,
+            uniform_values: &uniform_values,
             generated: SceneSource::default(),
         };
         engine.load(&scene).expect("it loads");
@@ -115,17 +115,17 @@ fn open_cameras_look_past_walls() {
         let [x, y, z] = wall_position;
         let text = format!("sphere(0.5) | slab({axis}, 0.2).translate({x}, {y}, {z})\n");
         let mut compiled = compiled_text(&text, PassOptions::default());
-        let outputs = compiled.module.update(0.0);
+        let uniform_values = compiled.module.update(0.0);
         let module = &compiled.module;
         let overrides = Overrides {
             size: Some([33, 33]),
             aa: Some(1),
             ..Overrides::default()
         };
-        let settings = resolve(module, &outputs, &overrides).expect("it has settings");
+        let settings = resolve(module, &uniform_values, &overrides).expect("it has settings");
         let scene = SceneInput {
             module,
-            outputs: &outputs,
+            uniform_values: &uniform_values,
             generated: SceneSource::default(),
         };
         engine.load(&scene).expect("it loads");
@@ -147,22 +147,22 @@ fn open_cameras_look_past_walls() {
 fn spanned_fraction_of(text: &str, part: &str) -> Option<(f64, bool)> {
     let camera = |text: &str, view| {
         let mut compiled = compiled_text(text, PassOptions::default());
-        let outputs = compiled.module.update(0.0);
+        let uniform_values = compiled.module.update(0.0);
         let overrides = Overrides {
             size: Some(SIZE),
             aa: Some(1),
             view,
             ..Overrides::default()
         };
-        let settings = resolve(&compiled.module, &outputs, &overrides);
-        (compiled, outputs, settings.expect("it has settings"))
+        let settings = resolve(&compiled.module, &uniform_values, &overrides);
+        (compiled, uniform_values, settings.expect("it has settings"))
     };
     let view = camera(text, None).2.view;
-    let (compiled, outputs, settings) = camera(part, Some(view));
+    let (compiled, uniform_values, settings) = camera(part, Some(view));
     let mut engine = open(EngineKind::Cpu).expect("there is always a CPU");
     let scene = SceneInput {
         module: &compiled.module,
-        outputs: &outputs,
+        uniform_values: &uniform_values,
         generated: SceneSource::default(),
     };
     engine.load(&scene).expect("it loads");
@@ -341,8 +341,8 @@ fn default_lengths_follow_the_unit() {
                 4.0 * unit
             );
             let mut compiled = compiled_text(&text, PassOptions::default());
-            let outputs = compiled.module.update(0.0);
-            let settings = resolve(&compiled.module, &outputs, &Overrides::default());
+            let uniform_values = compiled.module.update(0.0);
+            let settings = resolve(&compiled.module, &uniform_values, &Overrides::default());
             settings.expect("it has settings").occlusion_reach / unit
         };
         let unit_reach = relative_reach(1.0);
@@ -359,8 +359,8 @@ fn default_lengths_follow_the_unit() {
 fn open_cameras_frame_what_stands_on_endless_grounds() {
     let distance = |text: &str| {
         let mut compiled = compiled_text(text, PassOptions::default());
-        let outputs = compiled.module.update(0.0);
-        let settings = resolve(&compiled.module, &outputs, &Overrides::default());
+        let uniform_values = compiled.module.update(0.0);
+        let settings = resolve(&compiled.module, &uniform_values, &Overrides::default());
         let view = settings.expect("it has settings").view;
         view.target_distance()
     };

@@ -26,10 +26,10 @@ fn engines(modes: &[Mode]) -> Option<[Box<dyn Engine>; 2]> {
     Some([generic, open_on(EngineKind::Interp, gpu())])
 }
 
-fn load(engine: &mut dyn Engine, module: &Module, outputs: &[f64]) {
+fn load(engine: &mut dyn Engine, module: &Module, uniform_values: &[f64]) {
     let loaded = SceneInput {
         module,
-        outputs,
+        uniform_values,
         generated: SceneSource::default(),
     };
     engine.load(&loaded).expect("the scene loads");
@@ -54,7 +54,12 @@ fn differing(a: &Image, b: &Image) -> [usize; 5] {
 
 const NO_DIFFERENCES: [usize; 5] = [0; 5];
 
-fn settings(module: &Module, outputs: &[f64], mode: Mode, cells: CellMode) -> RenderSettings {
+fn settings(
+    module: &Module,
+    uniform_values: &[f64],
+    mode: Mode,
+    cells: CellMode,
+) -> RenderSettings {
     let overrides = Overrides {
         size: Some([24, 16]),
         aa: Some(1),
@@ -62,7 +67,7 @@ fn settings(module: &Module, outputs: &[f64], mode: Mode, cells: CellMode) -> Re
         cells,
         ..Overrides::default()
     };
-    resolve(module, outputs, &overrides).expect("the scene has settings")
+    resolve(module, uniform_values, &overrides).expect("the scene has settings")
 }
 
 fn draw(engine: &mut dyn Engine, settings: &RenderSettings) -> Image {
@@ -78,12 +83,12 @@ fn every_scene_runs_in_the_kernels_that_are_there() {
     let mut failures = Vec::new();
     for path in scenes("tests/scenes").iter().chain(&scenes("examples")) {
         let mut compiled = on_large_stack(|| compiled(path, PassOptions::default()));
-        let outputs = compiled.module.update(0.0);
+        let uniform_values = compiled.module.update(0.0);
         let module = &compiled.module;
-        load(&mut *generic, module, &outputs);
-        load(&mut *specialized, module, &outputs);
+        load(&mut *generic, module, &uniform_values);
+        load(&mut *specialized, module, &uniform_values);
         let [never, always] = [CellMode::Never, CellMode::Always]
-            .map(|c| settings(module, &outputs, Mode::Shaded, c));
+            .map(|c| settings(module, &uniform_values, Mode::Shaded, c));
         let expected = draw(&mut *specialized, &never);
         for settings in [never, always] {
             let drawn = draw(&mut *generic, &settings);
@@ -144,13 +149,13 @@ fn picture_variants(first: &RenderSettings) -> Vec<(String, RenderSettings)> {
     };
     let point_light = ResolvedLight {
         source: LightEmitter::Point([-2.0, 2.0, 2.0]),
-        ..light(ResolvedShadow::Improved(0.1))
+        ..light(ResolvedShadow::Soft(0.1))
     };
     let shadows = [
         ResolvedShadow::None,
         ResolvedShadow::Hard,
         ResolvedShadow::Plain(0.1),
-        ResolvedShadow::Improved(0.1),
+        ResolvedShadow::Soft(0.1),
         ResolvedShadow::Sized(0.1),
     ];
     let mut lights: Vec<Vec<ResolvedLight>> =
@@ -184,14 +189,14 @@ fn every_mode_and_setting_runs_in_generic_kernels() {
     let pipelines = generic.pipelines_created();
     for text in [WITH_MATERIALS, WITHOUT_MATERIALS] {
         let mut compiled = on_large_stack(|| compiled_text(text, PassOptions::default()));
-        let outputs = compiled.module.update(0.0);
+        let uniform_values = compiled.module.update(0.0);
         let module = &compiled.module;
-        load(&mut *generic, module, &outputs);
-        load(&mut *specialized, module, &outputs);
-        let shaded = settings(module, &outputs, Mode::Shaded, CellMode::Auto);
+        load(&mut *generic, module, &uniform_values);
+        load(&mut *specialized, module, &uniform_values);
+        let shaded = settings(module, &uniform_values, Mode::Shaded, CellMode::Auto);
         let mut pictures = picture_variants(&shaded);
         for mode in [Mode::Normal, Mode::Distance] {
-            let settings = settings(module, &outputs, mode, CellMode::Auto);
+            let settings = settings(module, &uniform_values, mode, CellMode::Auto);
             pictures.push((format!("{mode:?}"), settings));
         }
         for (title, settings) in pictures {
@@ -229,11 +234,11 @@ fn a_scene_beyond_their_room_gets_kernels_of_its_own() {
     for (depth, is_within_limits) in [(8, true), (40, false), (8, true)] {
         let text = nested(depth);
         let mut compiled = on_large_stack(|| compiled_text(&text, PassOptions::default()));
-        let outputs = compiled.module.update(0.0);
+        let uniform_values = compiled.module.update(0.0);
         let module = &compiled.module;
-        load(&mut *generic, module, &outputs);
-        load(&mut *specialized, module, &outputs);
-        let settings = settings(module, &outputs, Mode::Shaded, CellMode::Never);
+        load(&mut *generic, module, &uniform_values);
+        load(&mut *specialized, module, &uniform_values);
+        let settings = settings(module, &uniform_values, Mode::Shaded, CellMode::Never);
         let drawn = draw(&mut *generic, &settings);
         let expected = draw(&mut *specialized, &settings);
         assert_eq!(

@@ -1,10 +1,10 @@
-//! Cells built on the GPU, by Lipschitz bounds and by intervals: pictures equal those without cells in
-//! every bit, the number of cells equals that of the CPU, and pictures stay correct when memory runs out.
+//! Cells built on the GPU, by Lipschitz bounds and by intervals. Pictures equal those without cells in every
+//! bit, and the number of cells equals that of the CPU. Pictures stay correct when memory runs out.
 
 use crate::corpus::{compiled, on_large_stack, scenes};
-use sdfc_compiler::clauses::parse_clauses;
 use sdfc_compiler::compile::{self, Compiled, compile};
 use sdfc_compiler::elaborate::{self, elaborate};
+use sdfc_compiler::fidget_text::parse_fidget_text;
 use sdfc_compiler::passes::PassOptions;
 use sdfc_compiler::scene::Scene;
 use sdfc_lang::Sources;
@@ -27,10 +27,10 @@ fn interp(limited: impl Fn(DeviceLimits) -> DeviceLimits) -> Option<Box<dyn Engi
     Some(open_on(EngineKind::Interp, gpu))
 }
 
-fn loaded<'a>(module: &'a Module, outputs: &'a [f64]) -> SceneInput<'a> {
+fn loaded<'a>(module: &'a Module, uniform_values: &'a [f64]) -> SceneInput<'a> {
     SceneInput {
         module,
-        outputs,
+        uniform_values,
         generated: SceneSource::default(),
     }
 }
@@ -39,10 +39,10 @@ fn loaded<'a>(module: &'a Module, outputs: &'a [f64]) -> SceneInput<'a> {
 fn drawn(
     engine: &mut dyn Engine,
     module: &Module,
-    outputs: &[f64],
+    uniform_values: &[f64],
     overrides: &Overrides,
 ) -> Result<Image, String> {
-    let settings = resolve(module, outputs, overrides).expect("the scene has settings");
+    let settings = resolve(module, uniform_values, overrides).expect("the scene has settings");
     let frame = engine.render(&settings, &|_| {});
     frame.map_err(|error| error.to_string())
 }
@@ -85,12 +85,15 @@ fn cells_of_the_device_keep_every_bit() {
     let (mut cell_counts, mut deep_counts) = ([0; 2], [0; 2]);
     for path in paths {
         let mut compiled: Compiled = on_large_stack(|| compiled(&path, PassOptions::default()));
-        let outputs = compiled.module.update(0.0);
+        let uniform_values = compiled.module.update(0.0);
         let module = &compiled.module;
         let method = usize::from(!Tape::new(&module.distance).lipschitz.is_bounded());
-        engine.load(&loaded(module, &outputs)).expect("it loads");
-        let draw =
-            |cells| drawn(&mut *engine, module, &outputs, &small(cells)).expect("it is drawn");
+        engine
+            .load(&loaded(module, &uniform_values))
+            .expect("it loads");
+        let draw = |cells| {
+            drawn(&mut *engine, module, &uniform_values, &small(cells)).expect("it is drawn")
+        };
         let [without, with] = [CellMode::Never, CellMode::Gpu].map(draw);
         let found = differing(&without, &with);
         if found != [0; 5] {
@@ -188,7 +191,7 @@ fn clauses(count: usize) -> (Module, Vec<f64>) {
     }
     let mut sources = Sources::new();
     let file = sources.add("solid.vm".to_owned(), text);
-    let (scene, found) = parse_clauses(&sources, file);
+    let (scene, found) = parse_fidget_text(&sources, file);
     built(scene.unwrap_or_else(|| panic!("{found:?}")))
 }
 
@@ -222,8 +225,8 @@ fn module(text: String) -> (Module, Vec<f64>) {
 fn built(scene: Scene) -> (Module, Vec<f64>) {
     let (compiled, found) = compile(scene, &compile::Options::default());
     let mut module = compiled.unwrap_or_else(|| panic!("{found:?}")).module;
-    let outputs = module.update(0.0);
-    (module, outputs)
+    let uniform_values = module.update(0.0);
+    (module, uniform_values)
 }
 
 fn wide(cells: CellMode) -> Overrides {
@@ -254,10 +257,13 @@ fn the_device_makes_as_many_cells_as_the_processor() {
         ("alone", on_large_stack(|| boxes(300))),
         ("on an endless ground", on_large_stack(|| grounded(300))),
     ] {
-        let (module, outputs) = scene;
-        engine.load(&loaded(&module, &outputs)).expect("it loads");
+        let (module, uniform_values) = scene;
+        engine
+            .load(&loaded(&module, &uniform_values))
+            .expect("it loads");
         let mut draw = |cells| {
-            let frame = drawn(&mut *engine, &module, &outputs, &wide(cells)).expect("it is drawn");
+            let frame =
+                drawn(&mut *engine, &module, &uniform_values, &wide(cells)).expect("it is drawn");
             frame.stats.cells
         };
         let [processor, device] = [CellMode::Cpu, CellMode::Gpu].map(&mut draw);
@@ -280,18 +286,20 @@ fn by_intervals_the_device_leaves_out_as_much_as_the_processor() {
         ("clauses", clauses as SceneBuilder, 3),
         ("repeated", repeated, 6),
     ] {
-        let (module, outputs) = on_large_stack(|| scene(40));
+        let (module, uniform_values) = on_large_stack(|| scene(40));
         assert!(
             !Tape::new(&module.distance).lipschitz.is_bounded(),
             "{name}"
         );
-        engine.load(&loaded(&module, &outputs)).expect("it loads");
+        engine
+            .load(&loaded(&module, &uniform_values))
+            .expect("it loads");
         let mut draw = |cells| {
             let overrides = Overrides {
                 mode: Mode::Normal,
                 ..wide(cells)
             };
-            drawn(&mut *engine, &module, &outputs, &overrides).expect("it is drawn")
+            drawn(&mut *engine, &module, &uniform_values, &overrides).expect("it is drawn")
         };
         let cell_modes = [CellMode::Never, CellMode::Cpu, CellMode::Gpu];
         let [without, processor, device] = cell_modes.map(&mut draw);
@@ -310,9 +318,11 @@ fn cells_of_2d_shapes_are_split_too() {
     let Some(mut engine) = interp(|limits| limits) else {
         return;
     };
-    let (module, outputs) = on_large_stack(|| circles(100));
-    assert!(module.settings.is_plane);
-    engine.load(&loaded(&module, &outputs)).expect("it loads");
+    let (module, uniform_values) = on_large_stack(|| circles(100));
+    assert!(module.settings.is_2d);
+    engine
+        .load(&loaded(&module, &uniform_values))
+        .expect("it loads");
     for mode in [Mode::Shaded, Mode::Mask, Mode::Distance] {
         let mut draw = |cells| {
             let overrides = Overrides {
@@ -320,7 +330,7 @@ fn cells_of_2d_shapes_are_split_too() {
                 mode,
                 ..small(cells)
             };
-            drawn(&mut *engine, &module, &outputs, &overrides).expect("it is drawn")
+            drawn(&mut *engine, &module, &uniform_values, &overrides).expect("it is drawn")
         };
         let cell_modes = [CellMode::Never, CellMode::Cpu, CellMode::Gpu];
         let [without, processor, device] = cell_modes.map(&mut draw);
@@ -372,17 +382,19 @@ fn the_device_leaves_out_no_more_than_the_processor() {
     let Some(mut engine) = interp(|limits| limits) else {
         return;
     };
-    for ((module, outputs), mode) in [
+    for ((module, uniform_values), mode) in [
         (on_large_stack(|| plates(16)), Mode::Depth),
         (on_large_stack(|| narrow_strips(24)), Mode::Distance),
     ] {
-        engine.load(&loaded(&module, &outputs)).expect("it loads");
+        engine
+            .load(&loaded(&module, &uniform_values))
+            .expect("it loads");
         let mut draw = |cells| {
             let overrides = Overrides {
                 mode,
                 ..wide(cells)
             };
-            drawn(&mut *engine, &module, &outputs, &overrides).expect("it is drawn")
+            drawn(&mut *engine, &module, &uniform_values, &overrides).expect("it is drawn")
         };
         let cell_modes = [CellMode::Never, CellMode::Cpu, CellMode::Gpu];
         let [without, processor, device] = cell_modes.map(&mut draw);
@@ -402,15 +414,17 @@ fn without_room_cells_keep_their_parents_tapes_and_the_picture() {
         (150, &[256 << 10, 96 << 10][..], true),
         (600, &[68 << 10], false),
     ] {
-        let (module, outputs) = on_large_stack(|| boxes(count));
+        let (module, uniform_values) = on_large_stack(|| boxes(count));
         let draw = |max: u64, cells| {
             let mut engine = interp(|limits| DeviceLimits {
                 buffer: max.min(limits.buffer),
                 storage_binding: max.min(limits.storage_binding),
                 ..limits
             })?;
-            engine.load(&loaded(&module, &outputs)).expect("it loads");
-            Some(drawn(&mut *engine, &module, &outputs, &wide(cells)).expect("it is drawn"))
+            engine
+                .load(&loaded(&module, &uniform_values))
+                .expect("it loads");
+            Some(drawn(&mut *engine, &module, &uniform_values, &wide(cells)).expect("it is drawn"))
         };
         let Some(without) = draw(u64::MAX, CellMode::Never) else {
             return;
@@ -437,7 +451,7 @@ fn without_room_cells_keep_their_parents_tapes_and_the_picture() {
 
 #[test]
 fn devices_with_few_buffers_draw_or_report_why_not() {
-    let (module, outputs) = on_large_stack(|| boxes(100));
+    let (module, uniform_values) = on_large_stack(|| boxes(100));
     for max in [8, 6, 4] {
         let Some(mut engine) = interp(|limits| DeviceLimits {
             storage_buffers: max,
@@ -450,8 +464,10 @@ fn devices_with_few_buffers_draw_or_report_why_not() {
         }) else {
             return;
         };
-        engine.load(&loaded(&module, &outputs)).expect("it loads");
-        let mut draw = |cells| drawn(&mut *engine, &module, &outputs, &small(cells));
+        engine
+            .load(&loaded(&module, &uniform_values))
+            .expect("it loads");
+        let mut draw = |cells| drawn(&mut *engine, &module, &uniform_values, &small(cells));
         match (draw(CellMode::Never), draw(CellMode::Gpu)) {
             (Ok(without), Ok(with)) => {
                 assert_eq!(differing(&without, &with), [0; 5], "{max} buffers");
@@ -470,27 +486,29 @@ fn an_edit_splits_cells_again_and_makes_no_pipeline() {
     let Some(mut engine) = interp(|limits| limits) else {
         return;
     };
-    let (mut module, outputs) = on_large_stack(|| boxes(100));
-    engine.load(&loaded(&module, &outputs)).expect("it loads");
-    let draw = |engine: &mut dyn Engine, module: &Module, outputs: &[f64], cells| {
-        drawn(engine, module, outputs, &small(cells)).expect("it is drawn")
+    let (mut module, uniform_values) = on_large_stack(|| boxes(100));
+    engine
+        .load(&loaded(&module, &uniform_values))
+        .expect("it loads");
+    let draw = |engine: &mut dyn Engine, module: &Module, uniform_values: &[f64], cells| {
+        drawn(engine, module, uniform_values, &small(cells)).expect("it is drawn")
     };
-    let previous = draw(&mut *engine, &module, &outputs, CellMode::Gpu);
+    let previous = draw(&mut *engine, &module, &uniform_values, CellMode::Gpu);
     let pipelines = engine.pipelines_created();
     // An unchanged scene is not built again.
-    let again = draw(&mut *engine, &module, &outputs, CellMode::Gpu);
+    let again = draw(&mut *engine, &module, &uniform_values, CellMode::Gpu);
     assert_eq!(previous.stats.cells, again.stats.cells);
 
     module.settings.params[0].value = vec![1.5];
-    let outputs = module.update(0.0);
+    let uniform_values = module.update(0.0);
     engine
-        .update(&module, &outputs)
+        .update(&module, &uniform_values)
         .expect("it takes the parameter");
-    let after = draw(&mut *engine, &module, &outputs, CellMode::Gpu);
+    let after = draw(&mut *engine, &module, &uniform_values, CellMode::Gpu);
     assert_eq!(engine.pipelines_created(), pipelines);
     assert_ne!(after.depth, previous.depth);
     assert_ne!(after.stats.cells, previous.stats.cells);
-    let without = draw(&mut *engine, &module, &outputs, CellMode::Never);
+    let without = draw(&mut *engine, &module, &uniform_values, CellMode::Never);
     assert_eq!(differing(&without, &after), [0; 5]);
 }
 
@@ -536,7 +554,7 @@ const EDITS: usize = 8;
 
 /// Edits a scene's param repeatedly and compares its pictures with those without cells. Fewer than one in
 /// `divisor` cells is rebuilt.
-fn edit(scene: &str, (mut module, outputs): (Module, Vec<f64>), mode: Mode, divisor: u64) {
+fn edit(scene: &str, (mut module, uniform_values): (Module, Vec<f64>), mode: Mode, divisor: u64) {
     // Memory for the replaced cells of some edits, until a full rebuild.
     let max = 3 << 20;
     let unlimited = interp(|limits| limits);
@@ -548,22 +566,24 @@ fn edit(scene: &str, (mut module, outputs): (Module, Vec<f64>), mode: Mode, divi
     let (Some(mut unlimited), Some(mut tight)) = (unlimited, tight) else {
         return;
     };
-    let settings = |module: &Module, outputs: &[f64], cells| {
+    let settings = |module: &Module, uniform_values: &[f64], cells| {
         let overrides = Overrides {
             mode,
             ..wide(cells)
         };
-        resolve(module, outputs, &overrides).expect("it has settings")
+        resolve(module, uniform_values, &overrides).expect("it has settings")
     };
     // The camera stays fixed during edits.
-    let view = settings(&module, &outputs, CellMode::Gpu).view;
-    let draw = |engine: &mut dyn Engine, module: &Module, outputs: &[f64], cells| {
-        let mut settings = settings(module, outputs, cells);
+    let view = settings(&module, &uniform_values, CellMode::Gpu).view;
+    let draw = |engine: &mut dyn Engine, module: &Module, uniform_values: &[f64], cells| {
+        let mut settings = settings(module, uniform_values, cells);
         settings.view = view;
         engine.render(&settings, &|_| {}).expect("it is drawn")
     };
     for engine in [&mut unlimited, &mut tight] {
-        engine.load(&loaded(&module, &outputs)).expect("it loads");
+        engine
+            .load(&loaded(&module, &uniform_values))
+            .expect("it loads");
     }
     let mut processor = interp(|limits| limits).expect("there is one");
     let (mut rebuild_count, mut previous) = (0, 0);
@@ -572,17 +592,17 @@ fn edit(scene: &str, (mut module, outputs): (Module, Vec<f64>), mode: Mode, divi
         // Differs from the text's value, for which bounds are tighter.
         let size = 0.35 + 0.05 * [0.0, 1.0, 2.0][edit % 3];
         module.settings.params[0].value = vec![size];
-        let outputs = module.update(0.0);
+        let uniform_values = module.update(0.0);
         processor
-            .load(&loaded(&module, &outputs))
+            .load(&loaded(&module, &uniform_values))
             .expect("it loads");
         let cell_modes = [CellMode::Never, CellMode::Cpu];
         let [without_cells, cpu_cells] =
-            cell_modes.map(|cells| draw(&mut *processor, &module, &outputs, cells));
+            cell_modes.map(|cells| draw(&mut *processor, &module, &uniform_values, cells));
         let [with_room, without] = [&mut unlimited, &mut tight].map(|engine| {
-            let updated = engine.update(&module, &outputs);
+            let updated = engine.update(&module, &uniform_values);
             updated.expect("it takes the parameter");
-            draw(&mut **engine, &module, &outputs, CellMode::Gpu)
+            draw(&mut **engine, &module, &uniform_values, CellMode::Gpu)
         });
         assert_eq!(differing(&without_cells, &with_room), [0; 5], "{label}");
         assert_eq!(differing(&without_cells, &without), [0; 5], "{label}");
@@ -625,16 +645,18 @@ fn general_kernels_cut_every_scene() {
     generic.warm_up(&[Mode::Depth]).expect("it warms up");
     let pipelines = generic.pipelines_created();
     let scenes = on_large_stack(|| [boxes(40), clauses(20), repeated(20), clauses(30)]);
-    for (number, (module, outputs)) in scenes.iter().enumerate() {
+    for (number, (module, uniform_values)) in scenes.iter().enumerate() {
         for engine in [&mut specialized, &mut generic] {
-            engine.load(&loaded(module, outputs)).expect("it loads");
+            engine
+                .load(&loaded(module, uniform_values))
+                .expect("it loads");
         }
         let draw = |engine: &mut dyn Engine, cells| {
             let overrides = Overrides {
                 mode: Mode::Depth,
                 ..small(cells)
             };
-            drawn(engine, module, outputs, &overrides).expect("it is drawn")
+            drawn(engine, module, uniform_values, &overrides).expect("it is drawn")
         };
         let without = draw(&mut *specialized, CellMode::Never);
         let with = draw(&mut *generic, CellMode::Gpu);

@@ -36,10 +36,10 @@ fn bright_dots(frame: &Image, max: i32) -> Vec<[usize; 2]> {
     let pixels = (1..frame.height - 1).flat_map(|y| (1..frame.width - 1).map(move |x| [x, y]));
     pixels
         .filter(|&[x, y]| {
-            let center = brightness(frame, &bytes, x, y);
+            let centre = brightness(frame, &bytes, x, y);
             let around = (y - 1..=y + 1).flat_map(|v| (x - 1..=x + 1).map(move |u| [u, v]));
             let mut others = around.filter(|&other| other != [x, y]);
-            others.all(|[u, v]| brightness(frame, &bytes, u, v) + max < center)
+            others.all(|[u, v]| brightness(frame, &bytes, u, v) + max < centre)
         })
         .collect()
 }
@@ -424,8 +424,8 @@ fn hard_shadows_of_steep_and_flat_fields_are_those_of_a_sphere() {
     }
 }
 
-/// A light 2.6 mm from a bar of 30 mm, 3 m above a floor: the near part of the floor lies entirely behind
-/// the bar.
+/// A light 2.6 mm from a bar of 30 mm, 3 m above a floor. The near part of the floor lies entirely behind the
+/// bar.
 #[test]
 fn a_light_beside_its_holder_lights_no_floor_behind_it() {
     let text = |intensity: f64| {

@@ -5,7 +5,7 @@ use crate::corpus::{name, on_large_stack, scene, scenes};
 use glam::DVec3;
 use sdfc_compiler::compile::{self, Compiled, compile};
 use sdfc_compiler::elaborate::{self, elaborate};
-use sdfc_compiler::passes::lod::{LodReport, LodTarget, PixelFootprint};
+use sdfc_compiler::passes::lod::{LodReport, LodTarget, PixelSize};
 use sdfc_compiler::scene::Scene;
 use sdfc_lang::Sources;
 use sdfc_runtime::engine::{EngineKind, SceneInput, open};
@@ -53,14 +53,14 @@ fn compiled(scene: Scene, sight: Option<LodTarget>) -> Compiled {
 }
 
 fn settings(compiled: &mut Compiled) -> (Vec<f64>, RenderSettings) {
-    let outputs = compiled.module.update(0.0);
+    let uniform_values = compiled.module.update(0.0);
     let overrides = Overrides {
         size: Some(SIZE),
         aa: Some(1),
         ..Overrides::default()
     };
-    let settings = resolve(&compiled.module, &outputs, &overrides).expect("it has settings");
-    (outputs, settings)
+    let settings = resolve(&compiled.module, &uniform_values, &overrides).expect("it has settings");
+    (uniform_values, settings)
 }
 
 /// The full scene and the scene simplified for its camera.
@@ -76,8 +76,8 @@ fn pair(make: impl Fn() -> Scene, tolerance: f64) -> Pair {
     let mut full = compiled(make(), None);
     let (_, settings) = settings(&mut full);
     let pixel = match settings.view.lens {
-        ResolvedLens::Perspective(angle) => PixelFootprint::from_perspective(angle, SIZE),
-        ResolvedLens::Orthographic(pixel_color) => PixelFootprint::from_parallel(pixel_color, SIZE),
+        ResolvedLens::Perspective(angle) => PixelSize::from_perspective(angle, SIZE),
+        ResolvedLens::Orthographic(pixel_color) => PixelSize::from_parallel(pixel_color, SIZE),
     };
     let camera = settings.view.from;
     let sight = LodTarget {
@@ -138,7 +138,7 @@ fn compare_surfaces(what: &str, pair: &Pair) {
     for (program, other, is_simple) in [(simple, full, true), (full, simple, false)] {
         for (p, distance) in surface(program, pair, 400) {
             let value = value_at(other, p);
-            let allowed = pair.loss.max_error_pixels * pair.sight.footprint(distance)
+            let allowed = pair.loss.max_error_pixels * pair.sight.pixel_size(distance)
                 + 4.0 * HIT_TOLERANCE * distance;
             assert!(
                 value <= allowed && (!is_simple || value >= -allowed),
@@ -187,11 +187,11 @@ fn far_clusters_take_fewer_instructions() {
 }
 
 fn draw(compiled: &mut Compiled) -> Image {
-    let (outputs, settings) = settings(compiled);
+    let (uniform_values, settings) = settings(compiled);
     let mut engine = open(EngineKind::Cpu).expect("every machine has a processor");
     let loaded = SceneInput {
         module: &compiled.module,
-        outputs: &outputs,
+        uniform_values: &uniform_values,
         generated: SceneSource::default(),
     };
     engine.load(&loaded).expect("the scene loads");
@@ -199,7 +199,7 @@ fn draw(compiled: &mut Compiled) -> Image {
 }
 
 /// A pixel that differs by more than 3 % of the screen range lies within two pixels of one that the other
-/// picture contains: edges and shading move by at most one pixel.
+/// picture contains. Edges and shading move by at most one pixel.
 #[test]
 fn pictures_differ_at_edges_only() {
     let mut pair = pair(|| scene_from_text(CLUSTERS), 1.0);

@@ -7,7 +7,7 @@ use sdfc_trials::random::Random;
 use sdfc_vm::evaluate::evaluate;
 use sdfc_vm::lanes::{F32x64, LANES};
 use sdfc_vm::listing;
-use sdfc_vm::program::{Code, Program};
+use sdfc_vm::program::{Opcode, Program};
 use sdfc_vm::tape::Tape;
 use sdfc_vm::tape::evaluator::TapeEvaluator;
 use sdfc_vm::vector::V3;
@@ -74,7 +74,7 @@ fn passes_keep_every_bit() {
 }
 
 fn guards(program: &Program) -> usize {
-    let is_guard = |i: &&sdfc_vm::program::Instruction| i.code == Code::Guard;
+    let is_guard = |i: &&sdfc_vm::program::Instruction| i.code == Opcode::Guard;
     program.code.iter().filter(is_guard).count()
 }
 

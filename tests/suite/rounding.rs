@@ -1,5 +1,5 @@
-//! Rounding-error bounds of whole scenes: they hold at every point, they are not much larger than
-//! observed errors, and no surface point exceeds the error reported by `sdfc info`.
+//! Rounding-error bounds of whole scenes. They hold at every point, they are not much larger than observed
+//! errors, and no surface point exceeds the error reported by `sdfc info`.
 
 use crate::corpus::{compiled, compiled_text, name, on_large_stack, scenes};
 use sdfc_compiler::compile::Compiled;
@@ -36,10 +36,10 @@ fn rounding_error(program: &Program, p: [f32; 3]) -> f64 {
 
 /// Returns the rounding report of a scene.
 fn report(compiled: &mut Compiled) -> Rounding {
-    let outputs = compiled.module.update(0.0);
-    let settings = resolve(&compiled.module, &outputs, &Overrides::default());
+    let uniform_values = compiled.module.update(0.0);
+    let settings = resolve(&compiled.module, &uniform_values, &Overrides::default());
     let settings = settings.expect("the scene has a picture");
-    rounding(&compiled.module, &outputs, &settings)
+    rounding(&compiled.module, &uniform_values, &settings)
 }
 
 /// Samples up to 3,000 points in and around each scene. The ratio between bound and largest observed

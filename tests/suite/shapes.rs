@@ -25,7 +25,7 @@ const SPACING: f64 = 2.0;
 /// Returns the rows of solids and of 2-D shapes.
 pub(crate) fn shape_rows() -> impl Iterator<Item = &'static Row> {
     ROWS.iter()
-        .filter(|row| matches!(row.meta.category, Category::Shape3 | Category::Shape2))
+        .filter(|row| matches!(row.facts.category, Category::Shape3 | Category::Shape2))
 }
 
 /// Returns a scene that shows a shape of a row. Its numbers depend on the row's name alone, so that new rows do not

@@ -7,7 +7,7 @@ use sdfc_compiler::passes::PassOptions;
 use sdfc_compiler::raise::raise;
 use sdfc_vm::file::{decode_file, encode_file};
 use sdfc_vm::listing;
-use sdfc_vm::program::{Code, Program};
+use sdfc_vm::program::{Opcode, Program};
 use sdfc_vm::row::Category;
 use sdfc_vm::table::{Op, ROWS};
 use std::collections::BTreeSet;
@@ -65,7 +65,7 @@ fn bytecode_files_hold_the_complete_module() {
             let again = sdfc_compiler::schedule::schedule(&raised.optimized);
             let operations = |program: &Program| -> Vec<Op> {
                 let codes = program.code.iter().filter_map(|i| match i.code {
-                    Code::Op(op) => Some(op),
+                    Opcode::Op(op) => Some(op),
                     _ => None,
                 });
                 let mut codes: Vec<Op> = codes.collect();
@@ -114,7 +114,7 @@ fn every_word_of_the_table_but_shapes_is_in_a_test_scene() {
             Category::Internal | Category::Shape3 | Category::Shape2
         )
     };
-    let words = ROWS.iter().filter(|row| is_word(row.meta.category));
+    let words = ROWS.iter().filter(|row| is_word(row.facts.category));
     let missing: Vec<&str> = words
         .map(|row| row.name)
         .filter(|name| !seen.contains(name))

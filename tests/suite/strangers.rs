@@ -138,7 +138,7 @@ impl RayTruth {
     }
 
     /// Reports whether a ray that continued from a surface at `from` to `to` crossed only a sliver of the
-    /// solid: less than a fraction of a pixel deep, as along a silhouette.
+    /// solid. It is less than a fraction of a pixel deep, as along a silhouette.
     fn is_sliver(&self, pixel: usize, from: f64, to: f64) -> bool {
         let ray = self.ray(pixel);
         let max_depth = MAX_SLIVER_DEPTH * self.camera.half_pixel(from);
@@ -296,14 +296,14 @@ fn examine(path: &Path, engines: &mut [Box<dyn Engine>], max_steps: u64) -> Stri
         return report;
     }
     let mut compiled = compiled_scene(scene.clone());
-    let outputs = compiled.module.update(0.0);
+    let uniform_values = compiled.module.update(0.0);
     let source = compiled.generated();
     let overrides = Overrides {
         size: Some(SIZE),
         aa: Some(1),
         ..Overrides::default()
     };
-    let settings = resolve(&compiled.module, &outputs, &overrides);
+    let settings = resolve(&compiled.module, &uniform_values, &overrides);
     let settings = settings.unwrap_or_else(|error| panic!("{}: {error}", path.display()));
     if settings.is_2d {
         return report;
@@ -311,7 +311,7 @@ fn examine(path: &Path, engines: &mut [Box<dyn Engine>], max_steps: u64) -> Stri
     let mut truth = RayTruth::new(&scene, &settings);
     let loaded = SceneInput {
         module: &compiled.module,
-        outputs: &outputs,
+        uniform_values: &uniform_values,
         generated: SceneSource {
             text: &source.text,
             calls: &source.calls,

@@ -46,24 +46,24 @@ fn engines(arithmetic: Arithmetic) -> Option<Vec<Box<dyn Engine>>> {
 /// A scene with its source and its settings.
 struct Case {
     compiled: Compiled,
-    outputs: Vec<f64>,
+    uniform_values: Vec<f64>,
     settings: RenderSettings,
 }
 
 impl Case {
     /// Creates a case without light and colours, which are not guaranteed.
     fn new(mut compiled: Compiled, size: [u32; 2]) -> Self {
-        let outputs = compiled.module.update(0.0);
+        let uniform_values = compiled.module.update(0.0);
         let overrides = Overrides {
             size: Some(size),
             aa: Some(1),
             mode: Mode::Normal,
             ..Overrides::default()
         };
-        let settings = resolve(&compiled.module, &outputs, &overrides);
+        let settings = resolve(&compiled.module, &uniform_values, &overrides);
         Self {
             compiled,
-            outputs,
+            uniform_values,
             settings: settings.expect("the scene has settings"),
         }
     }
@@ -92,7 +92,7 @@ impl Case {
     fn loaded(&self) -> SceneInput<'_> {
         SceneInput {
             module: &self.compiled.module,
-            outputs: &self.outputs,
+            uniform_values: &self.uniform_values,
             generated: SceneSource::default(),
         }
     }

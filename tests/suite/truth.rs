@@ -1,5 +1,5 @@
-//! Pictures of every engine against the ground truth: no ray is wrong away from silhouettes, and depths
-//! and normals equal those proved by the engine `reference`.
+//! Pictures of every engine against the ground truth. No ray is wrong away from silhouettes, and depths and
+//! normals equal those proved by the engine `reference`.
 
 use crate::corpus::{compiled, name, on_large_stack, scenes};
 use crate::metamorphic::draw::{self, DrawOptions};
@@ -32,14 +32,14 @@ fn pictures_of_all_engines_are_near_the_truth() {
     for name in SCENES {
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(name);
         let mut compiled = on_large_stack(|| compiled(&path, PassOptions::default()));
-        let outputs = compiled.module.update(0.0);
+        let uniform_values = compiled.module.update(0.0);
         let source = compiled.generated();
         let overrides = Overrides {
             size: Some([48, 32]),
             aa: Some(1),
             ..Overrides::default()
         };
-        let settings = resolve(&compiled.module, &outputs, &overrides);
+        let settings = resolve(&compiled.module, &uniform_values, &overrides);
         let settings = settings.unwrap_or_else(|error| panic!("{name}: {error}"));
         let truth = trace(&compiled.module, &settings, &TraceOptions::default());
         let share = 100.0 * truth.undecided() as f64 / truth.rays.len() as f64;
@@ -48,7 +48,7 @@ fn pictures_of_all_engines_are_near_the_truth() {
         }
         let loaded = SceneInput {
             module: &compiled.module,
-            outputs: &outputs,
+            uniform_values: &uniform_values,
             generated: SceneSource {
                 text: &source.text,
                 calls: &source.calls,
@@ -106,14 +106,14 @@ fn every_ray_of_the_examples_ends() {
     let mut engine = open(EngineKind::Cpu).expect("the CPU draws");
     for path in scenes("examples") {
         let mut compiled = on_large_stack(|| compiled(&path, PassOptions::default()));
-        let outputs = compiled.module.update(0.0);
+        let uniform_values = compiled.module.update(0.0);
         let source = compiled.generated();
-        let settings = resolve(&compiled.module, &outputs, &Overrides::default());
+        let settings = resolve(&compiled.module, &uniform_values, &Overrides::default());
         let mut settings = settings.unwrap_or_else(|error| panic!("{}: {error}", name(&path)));
         settings.mode = Mode::Depth;
         let loaded = SceneInput {
             module: &compiled.module,
-            outputs: &outputs,
+            uniform_values: &uniform_values,
             generated: SceneSource {
                 text: &source.text,
                 calls: &source.calls,

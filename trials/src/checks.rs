@@ -2,9 +2,9 @@
 
 use crate::campaign::CheckOutcome;
 use crate::programs::points;
-use sdfc_compiler::clauses::parse_clauses;
 use sdfc_compiler::compile::{Compiled, Options, compile};
 use sdfc_compiler::elaborate::{self, elaborate};
+use sdfc_compiler::fidget_text::parse_fidget_text;
 use sdfc_compiler::raise::raise;
 use sdfc_compiler::scene::Scene;
 use sdfc_lang::{Diagnostics, Sources, Style, parse, print};
@@ -15,7 +15,7 @@ use sdfc_vm::file::{decode_file, encode_file};
 use sdfc_vm::interval::Interval;
 use sdfc_vm::lanes::{F32x64, LANES, with_identity_jacobian};
 use sdfc_vm::listing;
-use sdfc_vm::program::{Code, Module, Program};
+use sdfc_vm::program::{Module, Opcode, Program};
 use sdfc_vm::surface::SurfaceHook;
 use sdfc_vm::tape::evaluator::TapeEvaluator;
 use sdfc_vm::tape::prune::Pruner;
@@ -86,7 +86,7 @@ pub fn compile_text(text: &str) -> Option<Vec<u8>> {
 pub fn compile_clauses(text: &str) -> Option<Vec<u8>> {
     let mut sources = Sources::new();
     let file = sources.add("trial", text);
-    let (scene, diagnostics) = parse_clauses(&sources, file);
+    let (scene, diagnostics) = parse_fidget_text(&sources, file);
     compile_elaborated(&sources, scene, diagnostics).map(|compiled| encode_file(&compiled.module))
 }
 
@@ -130,7 +130,7 @@ fn check_scene(compiled: &Compiled) {
 pub fn clauses(text: &str) -> CheckOutcome {
     let mut sources = Sources::new();
     let file = sources.add("trial", text);
-    let (scene, diagnostics) = parse_clauses(&sources, file);
+    let (scene, diagnostics) = parse_fidget_text(&sources, file);
     match compile_elaborated(&sources, scene, diagnostics) {
         Some(compiled) => {
             check_scene(&compiled);
@@ -208,7 +208,7 @@ pub fn tape_values(
 /// The later results of raw arithmetic are then unspecified. For example, a minimum discards a NaN operand,
 /// but a tape pruned to that operand does not.
 pub fn has_nonfinite_intermediate(program: &Program, point: V3<f32>) -> bool {
-    let code = program.code.iter().filter(|i| i.code != Code::Guard);
+    let code = program.code.iter().filter(|i| i.code != Opcode::Guard);
     let code: Vec<_> = code.copied().collect();
     (1..=code.len()).any(|length| {
         let prefix = Program {
@@ -230,7 +230,7 @@ pub fn run_all(program: &Program) {
     let tape = Tape::new(program);
     let values = tape_values(program, &tape, &tape.clauses, &points);
     let mut codes = program.code.iter().map(|i| i.code);
-    let is_comparable = codes.all(|code| code != Code::Guard && code != Code::Normal);
+    let is_comparable = codes.all(|code| code != Opcode::Guard && code != Opcode::Normal);
     for lane in [0, 31, 63] {
         let [x, y, z] = [0, 1, 2].map(|axis| points[axis].0[lane]);
         let single = evaluate::<f32>(program, V3::new(x, y, z));

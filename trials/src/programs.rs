@@ -9,7 +9,7 @@ use sdfc_vm::blend::BlendKernel;
 use sdfc_vm::lanes::F32x64;
 use sdfc_vm::pool::{PoolBuilder, PoolNumber};
 use sdfc_vm::program::{
-    Code, Destination, Instruction, MAX_POINTS, Operands, PointTransform, Program,
+    Destination, Instruction, MAX_STACK_POINTS, Opcode, Operands, PointTransform, Program,
 };
 use sdfc_vm::row::Output;
 use sdfc_vm::table::{Op, ROWS};
@@ -31,18 +31,18 @@ pub fn program(seed: u64) -> Program {
             (0..n).map(|_| r.number().into()).collect()
         };
         let code_of = |r: &mut Random| match r.below(12) {
-            0 if slots > 0 => Code::Load,
-            1 if depth > 0 => Code::Store,
-            2 if depth > 1 => Code::Top,
-            _ => Code::Op(ROWS[r.below(ROWS.len())].op),
+            0 if slots > 0 => Opcode::Load,
+            1 if depth > 0 => Opcode::Store,
+            2 if depth > 1 => Opcode::Top,
+            _ => Opcode::Op(ROWS[r.below(ROWS.len())].op),
         };
         let opcode = if must_close {
-            Code::Top
+            Opcode::Top
         } else {
             code_of(&mut r)
         };
         let mut instruction = Instruction::new(opcode);
-        if let Code::Op(op) = opcode {
+        if let Opcode::Op(op) = opcode {
             let row = op.row();
             if row.arity() == 2 && r.chance(30) {
                 let index = pool.add(&numbers(&mut r, 1));
@@ -65,7 +65,9 @@ pub fn program(seed: u64) -> Program {
             if points > 0 && r.chance(30) {
                 instruction.pops = (1 + r.below(points)) as u8;
             }
-            if row.output == Output::Point && points - (instruction.pops as usize) < MAX_POINTS {
+            if row.output == Output::Point
+                && points - (instruction.pops as usize) < MAX_STACK_POINTS
+            {
                 instruction.push = r.chance(70);
             }
         }
@@ -73,8 +75,8 @@ pub fn program(seed: u64) -> Program {
             continue;
         }
         match opcode {
-            Code::Load => instruction.slot = r.below(slots as usize) as u8,
-            Code::Store => {
+            Opcode::Load => instruction.slot = r.below(slots as usize) as u8,
+            Opcode::Store => {
                 instruction.slot = r.below(slots as usize + 1).min(7) as u8;
                 slots = slots.max(u32::from(instruction.slot) + 1);
             }
@@ -129,7 +131,7 @@ fn guarded_spheres(
     level: usize,
 ) -> [[f32; 2]; 3] {
     let guard_index = code.len();
-    code.push(Instruction::new(Code::Guard));
+    code.push(Instruction::new(Opcode::Guard));
     let smooth = r.chance(50);
     let mut hull = [[f32::INFINITY, f32::NEG_INFINITY]; 3];
     for _ in 0..1 + r.below(3) {
@@ -140,11 +142,11 @@ fn guarded_spheres(
             }
             continue;
         }
-        let mut sphere = Instruction::new(Code::Op(Op::Sphere));
+        let mut sphere = Instruction::new(Opcode::Op(Op::Sphere));
         let radius = 0.1 + r.below(900) as f32 / 1000.0;
-        let center: [f32; 3] = std::array::from_fn(|_| r.number());
+        let centre: [f32; 3] = std::array::from_fn(|_| r.number());
         sphere.parameters = pool.add(&[radius.into()]);
-        sphere.transform = PointTransform::Translate(pool.add(&center.map(PoolNumber::from)));
+        sphere.transform = PointTransform::Translate(pool.add(&centre.map(PoolNumber::from)));
         let kernel = if smooth {
             BlendKernel::Quadratic
         } else {
@@ -156,35 +158,35 @@ fn guarded_spheres(
             index: pool.add(&list),
         };
         // The mirrored point is saved for this sphere only, so the sphere has two copies.
-        let mirrors = points + level < MAX_POINTS && r.chance(25);
+        let mirrors = points + level < MAX_STACK_POINTS && r.chance(25);
         if mirrors {
             code.push(Instruction {
                 push: true,
                 parameters: pool.add(&[1.0.into(), 1.0.into(), 1.0.into()]),
-                ..Instruction::new(Code::Op(Op::Mirror))
+                ..Instruction::new(Opcode::Op(Op::Mirror))
             });
         }
         code.push(sphere);
         if mirrors {
             code.push(Instruction {
                 pops: 1,
-                ..Instruction::new(Code::Top)
+                ..Instruction::new(Opcode::Top)
             });
         }
-        for (extent, center) in hull.iter_mut().zip(center) {
+        for (extent, centre) in hull.iter_mut().zip(centre) {
             let bounds = if mirrors {
-                [-center.abs() - radius, center.abs() + radius]
+                [-centre.abs() - radius, centre.abs() + radius]
             } else {
-                [-center - radius, -center + radius]
+                [-centre - radius, -centre + radius]
             };
             *extent = [extent[0].min(bounds[0]), extent[1].max(bounds[1])];
         }
     }
-    let center = hull.map(|[low, high]| (low + high) / 2.0);
+    let centre = hull.map(|[low, high]| (low + high) / 2.0);
     let half = hull.map(|[low, high]| (high - low) / 2.0 + 0.01);
     // The blends inside may be smooth, also those of nested guards.
     let volume = [
-        center[0], center[1], center[2], 0.5, half[0], half[1], half[2], 1.0,
+        centre[0], centre[1], centre[2], 0.5, half[0], half[1], half[2], 1.0,
     ];
     let parameters = pool.add(&volume.map(PoolNumber::from));
     code[guard_index].parameters = parameters;
@@ -227,7 +229,7 @@ pub fn concatenated(programs: &[Program]) -> Program {
         combined.code.push(Instruction {
             pops: points,
             destination,
-            ..Instruction::new(Code::Top)
+            ..Instruction::new(Opcode::Top)
         });
         combined.pool.extend(&program.pool);
         combined.slots = combined.slots.max(program.slots);

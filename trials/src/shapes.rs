@@ -32,7 +32,7 @@ pub fn finite_solid(r: &mut Random, row: &Row) -> String {
     }
 }
 
-/// Returns a solid with exact distances everywhere by its row, centered near the origin.
+/// Returns a solid with exact distances everywhere by its row, centred near the origin.
 pub fn exact_solid(r: &mut Random) -> String {
     shape_of_class(r, ShapeClass::ExactSolid)
 }

@@ -186,7 +186,7 @@ macro_rules! define_apply {
         $(#[doc = $doc:literal])+
         $name:ident $text:literal = $module:ident::$body:ident(
             $($input:ident: $kind:ident),* ; $($parameter:ident: $ty:ident),*
-        ) -> $output:ident, $prepare:ident::$prepared:ident, $meta:expr;
+        ) -> $output:ident, $prepare:ident::$prepared:ident, $facts:expr;
     )+) => {
         fn apply_body<R: Real>(
             op: Op,

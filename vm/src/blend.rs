@@ -123,7 +123,7 @@ impl BlendKernel {
 /// The blend that a row of the table performs.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Blend {
-    /// The kernel.
+    /// Kernel of the smooth minimum.
     pub kernel: BlendKernel,
     /// 1 for unions, −1 for intersections and subtractions.
     pub sign: f32,

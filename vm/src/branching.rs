@@ -1,10 +1,10 @@
 //! Intervals that evaluate both sides of a discontinuity.
 //!
-//! On a box that contains a cell boundary of a repetition, the floor of a coordinate is one of two
-//! integers. An [`Interval`] can only represent the range between them, and results computed from that
-//! range are useless, however small the box is. A [`BranchInterval`] is an interval whose floors and
-//! selections are *decided*, one alternative after another: [`eval_all_branches`] runs a computation once
-//! per combination of decisions and returns the hull of all results.
+//! On a box that contains a cell boundary of a repetition, the floor of a coordinate is one of two integers.
+//! An [`Interval`] can only represent the range between them, and results computed from that range are
+//! useless, however small the box is. A [`BranchInterval`] is an interval whose floors and selections are
+//! *decided*, one alternative after another. [`eval_all_branches`] runs a computation once per combination of
+//! decisions and returns the hull of all results.
 //!
 //! Equal decisions must have equal results: the eight neighbours of a cell use the same floor. So every
 //! number has an identity, a hash of its expression over coordinates and constants. Equal identities mean
@@ -403,7 +403,7 @@ impl Real for BranchInterval {
             known: self.range.less(other.range),
             identity: hash_expr(op_tag::LESS, [self.identity, other.identity, 0]),
         };
-        // Decided here and not in `select`, so that all results that depend on it agree: a point is never
+        // Decided here and not in `select`, so that all results that depend on it agree. A point is never
         // both above and below the corner between two edges.
         let open = condition.known.can_be_true && condition.known.can_be_false;
         match open && is_branching() {

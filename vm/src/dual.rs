@@ -13,7 +13,7 @@ use std::ops::{Add, Div, Mul, Neg, Sub};
 /// A value and its gradient.
 #[derive(Clone, Copy, Debug)]
 pub struct Dual<R: Real> {
-    /// The value.
+    /// The value of the function at the point.
     pub value: R,
     /// Its derivatives along the world's axes.
     pub gradient: R::Vec3,
@@ -22,7 +22,7 @@ pub struct Dual<R: Real> {
 /// Two values and their gradients.
 #[derive(Clone, Copy, Debug)]
 pub struct DualVec2<R: Real> {
-    /// The values.
+    /// Values of both components.
     pub value: R::Vec2,
     /// The gradient of each value.
     pub gradients: [R::Vec3; 2],
@@ -31,7 +31,7 @@ pub struct DualVec2<R: Real> {
 /// Three values and their gradients: a point and the Jacobian of the map from the world to it.
 #[derive(Clone, Copy, Debug)]
 pub struct DualVec3<R: Real> {
-    /// The values.
+    /// Values of the three components.
     pub value: R::Vec3,
     /// The gradient of each value.
     pub gradients: [R::Vec3; 3],

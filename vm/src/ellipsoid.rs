@@ -46,8 +46,8 @@ const MAX_INNER_SHORTFALL: f64 = 2e-3;
 const MAX_OUTER_SHORTFALL: f64 = 0.99;
 /// The largest ratio of radii for which the value outside is the exact distance.
 const MAX_EXACT_RATIO: f64 = 1000.0;
-/// The largest shortfall in all cases and for any precision, as a fraction of the distance and the largest
-/// radius: the error left by the last step.
+/// The largest shortfall in all cases and for any precision: the error left by the last step. It is a
+/// fraction of the distance and the largest radius.
 const MAX_STEP_RESIDUAL: f64 = 1e-10;
 /// The error of `t` after the last step, as a fraction of `1 + |t|` in units of the largest radius.
 const MULTIPLIER_ERROR: f64 = 4e-6;

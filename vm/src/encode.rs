@@ -4,7 +4,7 @@
 //! or an error; it does not verify.
 
 use crate::blend::BlendKernel;
-use crate::program::{Code, Destination, Instruction, Operands, PointTransform};
+use crate::program::{Destination, Instruction, Opcode, Operands, PointTransform};
 
 /// The reasons why words are not a program.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
@@ -82,7 +82,7 @@ fn decode_instruction(index: usize, words: [u32; 4]) -> Result<Instruction, Deco
     let field = |field| DecodeError::Field { at: index, field };
     let bits = |from: u32, count: u32| word >> from & ((1 << count) - 1);
     let opcode = bits(0, 8) as u8;
-    let code = Code::from_number(opcode).ok_or(DecodeError::Opcode { at: index, opcode })?;
+    let code = Opcode::from_number(opcode).ok_or(DecodeError::Opcode { at: index, opcode })?;
     let destination = match bits(8, 3) {
         0 => Destination::Push,
         number => Destination::Blend {
@@ -111,7 +111,7 @@ fn decode_instruction(index: usize, words: [u32; 4]) -> Result<Instruction, Deco
         destination,
         slot: bits(24, 8) as u8,
         parameters,
-        skips: if code == Code::Guard { last } else { 0 },
+        skips: if code == Opcode::Guard { last } else { 0 },
     };
     // Unused bits must be zero, so that equal programs have equal words.
     if encode_instruction(&instruction) != words || (instruction.slot != 0 && !code.has_slot()) {

@@ -6,7 +6,7 @@
 use crate::apply::{Apply, OpResult, apply};
 use crate::dual::{Dual, DualVec3};
 use crate::guard::influence_margin_sq;
-use crate::program::{Code, Destination, Instruction, Operands, PointTransform, Program};
+use crate::program::{Destination, Instruction, Opcode, Operands, PointTransform, Program};
 use crate::real::{Real, Vector3};
 use crate::vector::V3;
 
@@ -27,7 +27,7 @@ pub fn evaluate<R: Apply>(program: &Program, point: R::Vec3) -> R {
         }
         let q = transformed::<R>(program, i, p);
         let result = match i.code {
-            Code::Op(op) => {
+            Opcode::Op(op) => {
                 let constants = constants(program, i);
                 match apply::<R>(op, q, operands(program, i, &mut stack), constants) {
                     OpResult::Value(v) => v,
@@ -37,21 +37,21 @@ pub fn evaluate<R: Apply>(program: &Program, point: R::Vec3) -> R {
                     }
                 }
             }
-            Code::Load => slots[usize::from(i.slot)],
-            Code::Store => {
+            Opcode::Load => slots[usize::from(i.slot)],
+            Opcode::Store => {
                 let top = pop(&mut stack);
                 slots[usize::from(i.slot)] = top;
                 top
             }
-            Code::Top => pop(&mut stack),
+            Opcode::Top => pop(&mut stack),
             // Surfaces are evaluated by `crate::surface`.
-            Code::Normal => R::constant(0.0),
-            Code::Channel => {
+            Opcode::Normal => R::constant(0.0),
+            Opcode::Channel => {
                 pop(&mut stack);
                 continue;
             }
-            Code::Paint => pop(&mut stack),
-            Code::Guard => {
+            Opcode::Paint => pop(&mut stack),
+            Opcode::Guard => {
                 let top = stack.last().copied().unwrap_or(R::constant(0.0));
                 if may_skip(constants(program, i), q, top) {
                     next += i.skips as usize;

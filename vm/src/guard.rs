@@ -10,7 +10,7 @@ use crate::real::{Real, Vector3, lit};
 /// skips a block that matters. Rounding errors grow with the distance.
 pub const SAFETY_FACTOR: f64 = 1.001;
 
-/// Returns the signed squared margin by which `p` is outside the influence region of a guard's block: if it
+/// Returns the signed squared margin by which `p` is outside the influence region of a guard's block. If it
 /// is positive, the block does not affect `top`. The shapes are within `half` of `centre`; they matter at
 /// distances below `scale` times `top` plus `radius`.
 #[inline(always)]

@@ -1,6 +1,6 @@
 //! Intervals: a body evaluated on intervals gives bounds that hold for every point of a box.
 //!
-//! There are two kinds, by the number type of their ends ([`End`]):
+//! There are two kinds, by the number type of their ends ([`Endpoint`]):
 //! - [`Interval`], of `f64`, bounds the formula's value for *real* numbers: every result is widened to the next
 //!   representable number on both sides. It is for proofs.
 //! - [`FloatInterval`], of `f32`, bounds the formula's value when it is *evaluated in `f32`*. Sums, products,
@@ -41,7 +41,7 @@ pub struct Tristate {
 }
 
 /// A number type for the ends of intervals.
-pub trait End: Real<Bool = bool, Vec3 = V3<Self>> + PartialOrd + std::fmt::Debug {
+pub trait Endpoint: Real<Bool = bool, Vec3 = V3<Self>> + PartialOrd + std::fmt::Debug {
     /// Infinity, which is larger than all numbers.
     const INFINITY: Self;
     /// Set if the ends bound real numbers, for which identities hold that `f32` arithmetic may violate.
@@ -64,7 +64,7 @@ pub trait End: Real<Bool = bool, Vec3 = V3<Self>> + PartialOrd + std::fmt::Debug
     ) -> (GenericInterval<Self>, V3<GenericInterval<Self>>);
 }
 
-impl End for f64 {
+impl Endpoint for f64 {
     const INFINITY: Self = f64::INFINITY;
     const BOUNDS_REALS: bool = true;
     #[inline(always)]
@@ -104,7 +104,7 @@ impl End for f64 {
     }
 }
 
-impl End for f32 {
+impl Endpoint for f32 {
     const INFINITY: Self = f32::INFINITY;
     const BOUNDS_REALS: bool = false;
     #[inline(always)]
@@ -143,14 +143,14 @@ const LARGE: f64 = 3e38;
 /// Reports whether a number is not NaN.
 #[inline(always)]
 #[expect(clippy::eq_op, reason = "NaN alone is not equal to itself")]
-fn is_number<E: End>(v: E) -> bool {
+fn is_number<E: Endpoint>(v: E) -> bool {
     v == v
 }
 
 /// Bounds noise over a box: its value at the centre, plus or minus the largest change that its slope bound
 /// allows. `slack` covers rounding of the value; rounding of the centre does not matter.
 #[inline(always)]
-fn noise_around_middle<E: End>(
+fn noise_around_middle<E: Endpoint>(
     p: V3<GenericInterval<E>>,
     seed: GenericInterval<E>,
     slack: f64,
@@ -178,7 +178,7 @@ fn noise_around_middle<E: End>(
 
 /// Returns bounds of the noise's gradient that hold everywhere.
 #[inline(always)]
-fn noise_slopes<E: End>() -> V3<GenericInterval<E>> {
+fn noise_slopes<E: Endpoint>() -> V3<GenericInterval<E>> {
     let slope = GenericInterval {
         lo: lit(-MAX_NOISE_SLOPE),
         hi: lit(MAX_NOISE_SLOPE),
@@ -194,7 +194,7 @@ impl Interval {
     };
 }
 
-impl<E: End> GenericInterval<E> {
+impl<E: Endpoint> GenericInterval<E> {
     /// Creates the interval of one number.
     #[inline(always)]
     pub const fn point(v: E) -> Self {
@@ -286,8 +286,8 @@ impl<E: End> GenericInterval<E> {
         let (lo, hi) = (f(self.lo).min(lit(LARGE)), f(self.hi).max(lit(-LARGE)));
         Self::widened(lo - E::exponential_error(lo), hi + E::exponential_error(hi))
     }
-    /// Returns the range of a wave over this interval of radians: a sine or cosine `f` whose maxima are at
-    /// `crest` and every full turn from there.
+    /// Returns the range of a wave over this interval of radians. The wave is a sine or cosine `f` whose
+    /// maxima are at `crest` and every full turn from there.
     #[inline(always)]
     fn wave(self, f: impl Fn(E) -> E, crest: f64) -> Self {
         use std::f64::consts::{PI, TAU};
@@ -312,21 +312,21 @@ impl<E: End> GenericInterval<E> {
     }
 }
 
-impl<E: End> Add for GenericInterval<E> {
+impl<E: Endpoint> Add for GenericInterval<E> {
     type Output = Self;
     #[inline(always)]
     fn add(self, other: Self) -> Self {
         Self::summed(self.lo + other.lo, self.hi + other.hi)
     }
 }
-impl<E: End> Sub for GenericInterval<E> {
+impl<E: Endpoint> Sub for GenericInterval<E> {
     type Output = Self;
     #[inline(always)]
     fn sub(self, other: Self) -> Self {
         Self::summed(self.lo - other.hi, self.hi - other.lo)
     }
 }
-impl<E: End> Neg for GenericInterval<E> {
+impl<E: Endpoint> Neg for GenericInterval<E> {
     type Output = Self;
     #[inline(always)]
     fn neg(self) -> Self {
@@ -336,7 +336,7 @@ impl<E: End> Neg for GenericInterval<E> {
         }
     }
 }
-impl<E: End> Mul for GenericInterval<E> {
+impl<E: Endpoint> Mul for GenericInterval<E> {
     type Output = Self;
     #[inline(always)]
     fn mul(self, other: Self) -> Self {
@@ -352,11 +352,11 @@ impl<E: End> Mul for GenericInterval<E> {
 /// 0 · ∞ is 0 here: an infinite end means "arbitrarily large". (A function, because a closure would not be
 /// compiled into each loop over lanes.)
 #[inline(always)]
-fn product<E: End>(a: E, b: E) -> E {
+fn product<E: Endpoint>(a: E, b: E) -> E {
     let zero = lit::<E>(0.0);
     E::select((a == zero) | (b == zero), zero, a * b)
 }
-impl<E: End> Div for GenericInterval<E> {
+impl<E: Endpoint> Div for GenericInterval<E> {
     type Output = Self;
     #[inline(always)]
     fn div(self, other: Self) -> Self {

@@ -50,7 +50,7 @@ impl Default for F32x64 {
 pub type Points = [F32x64; 3];
 
 /// A number type that is evaluated in lanes, and the layout of its blocks.
-pub trait Lane: Real {
+pub trait LaneNumber: Real {
     /// 64 numbers.
     type Block: Clone + Default + Send;
     /// 64 points.
@@ -88,7 +88,7 @@ pub enum SimdLevel {
 /// The loops over lanes, compiled for one SIMD level. Each takes at most five arguments, which are all
 /// passed in registers: a call through such a pointer then costs a jump.
 #[derive(Clone, Copy)]
-pub struct SimdOps<L: Lane> {
+pub struct SimdOps<L: LaneNumber> {
     /// For each opcode, the loop that runs the operation in every lane. Values go to the block, points to
     /// the block of points.
     pub(crate) operations: &'static [Operation<L>],
@@ -103,7 +103,7 @@ pub struct SimdOps<L: Lane> {
 }
 
 /// The inputs of an operation.
-pub struct OpInputs<'a, L: Lane> {
+pub struct OpInputs<'a, L: LaneNumber> {
     /// The points of evaluation.
     pub(crate) point: &'a L::PointBlock,
     /// The operands; the operation reads as many as its arity.
@@ -117,6 +117,8 @@ pub struct OpInputs<'a, L: Lane> {
 /// The three rows of a matrix.
 type Rows = [[f32; 4]; 3];
 
-type AffineMap<L> = fn(&<L as Lane>::PointBlock, &Rows, &mut <L as Lane>::PointBlock, usize);
+type AffineMap<L> =
+    fn(&<L as LaneNumber>::PointBlock, &Rows, &mut <L as LaneNumber>::PointBlock, usize);
 
-type Operation<L> = fn(&OpInputs<'_, L>, &mut <L as Lane>::Block, &mut <L as Lane>::PointBlock);
+type Operation<L> =
+    fn(&OpInputs<'_, L>, &mut <L as LaneNumber>::Block, &mut <L as LaneNumber>::PointBlock);

@@ -10,7 +10,7 @@
 
 use crate::blend::BlendKernel;
 use crate::pool::{PoolBuilder, PoolNumber};
-use crate::program::{Code, Destination, Instruction, Operands, PointTransform, Program};
+use crate::program::{Destination, Instruction, Opcode, Operands, PointTransform, Program};
 use std::collections::HashMap;
 use std::fmt::Write;
 
@@ -86,9 +86,9 @@ pub fn print(program: &Program) -> String {
 }
 
 /// Returns the number of numbers of the pool in an instruction's parameters, gaps included.
-fn parameter_count(code: Code) -> usize {
+fn parameter_count(code: Opcode) -> usize {
     match code {
-        Code::Op(op) => op.row().parameter_width(),
+        Opcode::Op(op) => op.row().parameter_width(),
         _ => code.pool_width() * 4,
     }
 }
@@ -111,7 +111,7 @@ pub fn parse(text: &str) -> Result<Program, ListingError> {
             problem,
         };
         let instruction = parse_line(line, &mut pool).map_err(fail)?;
-        if matches!(instruction.code, Code::Load | Code::Store) {
+        if matches!(instruction.code, Opcode::Load | Opcode::Store) {
             program.slots = program.slots.max(u32::from(instruction.slot) + 1);
         }
         program.code.push(instruction);
@@ -134,7 +134,7 @@ fn parse_line(line: &str, pool: &mut PoolBuilder) -> Result<Instruction, String>
         ));
     }
     let name = word();
-    let code = Code::from_name(name).ok_or_else(|| format!("`{name}` is not an instruction"))?;
+    let code = Opcode::from_name(name).ok_or_else(|| format!("`{name}` is not an instruction"))?;
     let mut i = Instruction::new(code);
     while !rest.is_empty() {
         if rest.starts_with('[') {

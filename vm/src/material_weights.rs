@@ -1,14 +1,14 @@
 //! Weights of the materials in a blend, hard or smooth.
 //!
-//! The weight of an operand is the fraction of the result's slope that comes from it: the blend's derivative
-//! by that operand over the sum of both. A hard union therefore takes the nearer shape's material, and a smooth
-//! one has a transition as wide as the shape's. Where faces coincide, the first operand is moved by the *tie
-//! distance*, which rounding does not exceed, so that it is visible.
+//! The weight of an operand is the fraction of the result's slope that comes from it. That is the blend's
+//! derivative by that operand over the sum of both. A hard union therefore takes the nearer shape's material,
+//! and a smooth one has a transition as wide as the shape's. Where faces coincide, the first operand is moved
+//! by the *tie distance*, which rounding does not exceed, so that it is visible.
 
 use crate::apply::{OpResult, apply};
 use crate::blend::BlendKernel;
 use crate::dual::{Dual, DualVec3};
-use crate::lanes::{F32x64, LANES, Lane};
+use crate::lanes::{F32x64, LANES, LaneNumber};
 use crate::multiversion;
 use crate::real::Real;
 use crate::row::SetOperation;
@@ -27,10 +27,10 @@ pub fn tie_wgsl(point: &str) -> String {
     )
 }
 
-/// Returns the sign of the tie distance that is subtracted from the first value, so that of two coincident
-/// faces the first one is visible: 1 for unions, −1 for intersections and subtractions, 0 for all others.
+/// Returns the factor on the tie distance that is subtracted from the first operand: 1 for unions, −1 for
+/// intersections and subtractions, else 0. Of two coincident faces, the first one is then visible.
 pub fn tie_sign(op: Op) -> f64 {
-    match op.row().meta.set {
+    match op.row().facts.set {
         Some(SetOperation::Union) => 1.0,
         Some(SetOperation::Intersection | SetOperation::Subtraction) => -1.0,
         None => 0.0,

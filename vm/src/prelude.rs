@@ -1,4 +1,4 @@
-//! The WGSL functions that recorded bodies call: our own elementary functions, recorded from
+//! The WGSL functions that recorded bodies call. They are our own elementary functions, recorded from
 //! [`crate::elementary`], the arithmetic of intervals, recorded from [`crate::wgsl_interval`], and the few
 //! intrinsics that require integers.
 

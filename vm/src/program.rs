@@ -2,8 +2,8 @@
 //!
 //! # The machine
 //! The machine has a stack of values, a stack of points, and numbered slots for values that are read more than
-//! once. The top of the values is kept in a variable, and the top of the points is the current point. An
-//! instruction has up to four steps:
+//! once. The top of the values is kept in a variable, the *accumulator*. The top of the points is the current
+//! point. An instruction has up to four steps:
 //! 1. It returns to an earlier point (`pops`) and may save the current one (`push`).
 //! 2. It transforms the current point: not at all, by a translation, or by a 3×4 matrix.
 //! 3. It runs an operation of the table on that point, on operands popped from the stack, and on parameters from
@@ -38,21 +38,21 @@ use crate::table::{Op, ROWS};
 use crate::uniform::UniformProgram;
 
 /// Maximum number of values on the stack.
-pub const MAX_DEPTH: usize = 64;
+pub const MAX_STACK_VALUES: usize = 64;
 /// Maximum number of points on the stack of points.
-pub const MAX_POINTS: usize = 16;
+pub const MAX_STACK_POINTS: usize = 16;
 /// Maximum number of slots.
 pub const MAX_SLOTS: usize = 256;
 /// Maximum nesting depth of guards.
 pub const MAX_GUARDS: usize = 32;
 /// Maximum number of instructions. Engines may allow fewer: some devices end loops after 65,535 iterations.
 pub const MAX_INSTRUCTIONS: usize = 250_000;
-/// Number of channels that describe a surface; see [`Code::Channel`].
+/// Number of channels that describe a surface; see [`Opcode::Channel`].
 pub const CHANNELS: usize = 9;
 
 /// The operation of an instruction.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Code {
+pub enum Opcode {
     /// A row of the table.
     Op(Op),
     /// Returns the value of the slot.
@@ -78,21 +78,21 @@ pub enum Code {
 }
 
 /// The opcodes that are not rows, from the top down.
-pub(crate) const MACHINE_CODES: [Code; 7] = [
-    Code::Load,
-    Code::Store,
-    Code::Top,
-    Code::Normal,
-    Code::Channel,
-    Code::Paint,
-    Code::Guard,
+pub(crate) const MACHINE_CODES: [Opcode; 7] = [
+    Opcode::Load,
+    Opcode::Store,
+    Opcode::Top,
+    Opcode::Normal,
+    Opcode::Channel,
+    Opcode::Paint,
+    Opcode::Guard,
 ];
 
-impl Code {
+impl Opcode {
     /// Returns the code's number.
     pub fn number(self) -> u8 {
         match self {
-            Code::Op(op) => op as u8,
+            Opcode::Op(op) => op as u8,
             machine => {
                 let index = MACHINE_CODES.iter().position(|&code| code == machine);
                 255 - index.map_or(0, |i| i as u8)
@@ -104,19 +104,19 @@ impl Code {
         MACHINE_CODES
             .get(usize::from(255 - number))
             .copied()
-            .or_else(|| Op::from_code(number).map(Code::Op))
+            .or_else(|| Op::from_code(number).map(Opcode::Op))
     }
     /// Returns the code's name in a listing.
     pub fn name(self) -> &'static str {
         match self {
-            Code::Op(op) => op.row().name,
-            Code::Load => "load",
-            Code::Store => "store",
-            Code::Top => "take",
-            Code::Normal => "normal",
-            Code::Channel => "channel",
-            Code::Paint => "paint",
-            Code::Guard => "guard",
+            Opcode::Op(op) => op.row().name,
+            Opcode::Load => "load",
+            Opcode::Store => "store",
+            Opcode::Top => "take",
+            Opcode::Normal => "normal",
+            Opcode::Channel => "channel",
+            Opcode::Paint => "paint",
+            Opcode::Guard => "guard",
         }
     }
     /// Returns the code with this name.
@@ -124,48 +124,48 @@ impl Code {
         MACHINE_CODES
             .into_iter()
             .find(|code| code.name() == name)
-            .or_else(|| Op::from_name(name).map(Code::Op))
+            .or_else(|| Op::from_name(name).map(Opcode::Op))
     }
     /// Returns the number of values that it reads.
     pub fn arity(self) -> usize {
         match self {
-            Code::Op(op) => op.row().arity(),
-            Code::Load | Code::Normal | Code::Guard => 0,
-            Code::Store | Code::Top | Code::Channel | Code::Paint => 1,
+            Opcode::Op(op) => op.row().arity(),
+            Opcode::Load | Opcode::Normal | Opcode::Guard => 0,
+            Opcode::Store | Opcode::Top | Opcode::Channel | Opcode::Paint => 1,
         }
     }
     /// Reports whether it reads the current point.
     pub fn reads_point(self) -> bool {
         match self {
-            Code::Op(op) => op.row().reads_point(),
-            Code::Normal | Code::Guard => true,
+            Opcode::Op(op) => op.row().reads_point(),
+            Opcode::Normal | Opcode::Guard => true,
             _ => false,
         }
     }
     /// Reports whether its result is a point.
     pub fn returns_point(self) -> bool {
-        matches!(self, Code::Op(op) if op.row().output == Output::Point)
+        matches!(self, Opcode::Op(op) if op.row().output == Output::Point)
     }
     /// Reports whether it has no value: it returns a point, only sets a channel, or is a guard.
     pub fn has_no_value(self) -> bool {
-        self.returns_point() || matches!(self, Code::Channel | Code::Guard)
+        self.returns_point() || matches!(self, Opcode::Channel | Opcode::Guard)
     }
     /// Reports whether it uses the slot field.
     pub fn has_slot(self) -> bool {
-        !matches!(self, Code::Op(_) | Code::Top | Code::Guard)
+        !matches!(self, Opcode::Op(_) | Opcode::Top | Opcode::Guard)
     }
     /// Returns the number of vec4 constants that its parameters occupy.
     pub fn pool_width(self) -> usize {
         match self {
-            Code::Op(op) => op.row().parameter_width().div_ceil(4),
-            Code::Paint => 3,
-            Code::Guard => 2,
+            Opcode::Op(op) => op.row().parameter_width().div_ceil(4),
+            Opcode::Paint => 3,
+            Opcode::Guard => 2,
             _ => 0,
         }
     }
     /// Reports whether it is only allowed in surface programs.
     pub fn is_surface(self) -> bool {
-        matches!(self, Code::Normal | Code::Channel | Code::Paint)
+        matches!(self, Opcode::Normal | Opcode::Channel | Opcode::Paint)
     }
 }
 
@@ -198,7 +198,7 @@ pub enum Destination {
     Push,
     /// The value is blended into the one below.
     Blend {
-        /// The kernel.
+        /// Kernel of the smooth minimum.
         kernel: BlendKernel,
         /// Pool index of the sign, the second operand's sign, the width and the coefficient.
         index: u32,
@@ -208,8 +208,8 @@ pub enum Destination {
 /// One instruction.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Instruction {
-    /// The operation.
-    pub code: Code,
+    /// Opcode: a row of the table, or an operation of the machine.
+    pub code: Opcode,
     /// Number of points that it pops first.
     pub pops: u8,
     /// Set if it saves the current point on the stack of points.
@@ -230,7 +230,7 @@ pub struct Instruction {
 
 impl Instruction {
     /// Creates an instruction that runs `code` and pushes its result.
-    pub fn new(code: Code) -> Self {
+    pub fn new(code: Opcode) -> Self {
         Self {
             code,
             pops: 0,
@@ -243,7 +243,7 @@ impl Instruction {
             skips: 0,
         }
     }
-    /// Reports whether it has no value; see [`Code::has_no_value`].
+    /// Reports whether it has no value; see [`Opcode::has_no_value`].
     pub fn has_no_value(&self) -> bool {
         self.code.has_no_value()
     }
@@ -279,10 +279,10 @@ pub struct Program {
 
 impl Program {
     /// Writes the results of the uniform program to the constants.
-    pub fn patch(&mut self, outputs: &[f32]) {
+    pub fn patch(&mut self, uniform_values: &[f32]) {
         let pool = self.pool.as_flattened_mut();
         for patch in &self.patches {
-            pool[patch.index as usize] = outputs[patch.output as usize];
+            pool[patch.index as usize] = uniform_values[patch.output as usize];
         }
     }
 
@@ -292,7 +292,7 @@ impl Program {
         let is_raw = |op: Op| op.is_raw_distance() || matches!(op, Op::X | Op::Y | Op::Z);
         self.code
             .iter()
-            .any(|i| matches!(i.code, Code::Op(op) if is_raw(op)))
+            .any(|i| matches!(i.code, Opcode::Op(op) if is_raw(op)))
     }
 
     /// Returns the features that a kernel must support to run this program.
@@ -321,7 +321,7 @@ impl Program {
 #[derive(Clone, Debug, Default, PartialEq, Eq, Hash)]
 pub struct KernelRequirements {
     /// The codes, each once, sorted by number.
-    pub codes: Vec<Code>,
+    pub codes: Vec<Opcode>,
     /// The kernels of its blends, each once.
     pub blend_kernels: Vec<BlendKernel>,
     /// Set if a point transform is a translation.
@@ -342,7 +342,7 @@ impl KernelRequirements {
     /// Returns the requirements of any program's tape: all codes and blend kernels. A tape stores values and
     /// points in registers, so the sizes of stacks and slots stay zero.
     pub fn all() -> Self {
-        let mut codes: Vec<Code> = (0..=u8::MAX).filter_map(Code::from_number).collect();
+        let mut codes: Vec<Opcode> = (0..=u8::MAX).filter_map(Opcode::from_number).collect();
         codes.sort_by_key(|code| code.number());
         Self {
             codes,
@@ -426,14 +426,14 @@ impl Module {
     /// Runs the uniform program for the current parameters at this time, writes its results to both
     /// programs' constants, and returns them. A parameter changes nothing else.
     pub fn update(&mut self, time: f64) -> Vec<f64> {
-        let outputs = self.uniforms.run(&self.settings.param_numbers(), time);
+        let uniform_values = self.uniforms.run(&self.settings.param_numbers(), time);
         self.settings.time = time;
-        let narrow: Vec<f32> = outputs.iter().map(|&v| v as f32).collect();
+        let narrow: Vec<f32> = uniform_values.iter().map(|&v| v as f32).collect();
         self.distance.patch(&narrow);
         if let Some(surface) = &mut self.surface {
             surface.patch(&narrow);
         }
-        outputs
+        uniform_values
     }
 }
 

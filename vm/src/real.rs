@@ -1,9 +1,14 @@
 //! The number type that every operation's body is generic over.
 //!
-//! A body such as `fn sphere<R: Real>(p: R::Vec3, r: R) -> R` is written once. It runs on `f32`
-//! (pictures), `f64` (tests and uniform expressions), [`Interval`](crate::interval::Interval)
-//! (proofs), [`Dual`] (exact gradients), and on the
-//! [recorder](crate::record), whose values are expression nodes and whose result is WGSL.
+//! A body such as `fn sphere<R: Real>(p: R::Vec3, r: R) -> R` is written once. It runs on:
+//!
+//! | type | for |
+//! |---|---|
+//! | `f32` | pictures |
+//! | `f64` | tests and uniform numbers |
+//! | [`Interval`](crate::interval::Interval) | proofs |
+//! | [`Dual`] | exact gradients |
+//! | the [recorder](crate::record) | WGSL: its values are nodes of expressions |
 //!
 //! Bodies are branch-free: [`Real::select`] and the comparisons take the place of `if`. Formulas
 //! are written out (`a + (b - a) * t`, the square root of a sum of squares) rather than left to

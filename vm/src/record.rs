@@ -1,12 +1,11 @@
 //! The recorder: a number type whose values are expression nodes, so that evaluating a generic body on it
 //! records the body as a WGSL function.
 //!
-//! Vectors are kept as vectors. A node that is used once is written in place; a node that is used more
-//! often becomes a `let`, with the name from the body. Recording a body on [`Dual`] numbers gives WGSL that
-//! returns the value together with its gradient: a scalar result becomes a `vec4f` with the gradient in
-//! `xyz`, a point becomes a `DualPoint` (see [`DUAL_POINT`]). Recording it on [`RecordedInterval`]s gives
-//! WGSL that returns bounds over a box: a `vec2f` for a scalar, a `BoxPoint` for a point (see
-//! [`BOX_POINT`]).
+//! Vectors are kept as vectors. A node that is used once is written in place. A node that is used more often
+//! becomes a `let`, with the name from the body. Recording a body on [`Dual`] numbers gives WGSL that returns
+//! the value together with its gradient. A scalar result becomes a `vec4f` with the gradient in `xyz`, a
+//! point becomes a `DualPoint` (see [`DUAL_POINT`]). Recording it on [`RecordedInterval`]s gives WGSL that
+//! returns bounds over a box: a `vec2f` for a scalar, a `BoxPoint` for a point (see [`BOX_POINT`]).
 
 mod range;
 

@@ -28,7 +28,7 @@ use crate::vector::{V2, V3};
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
 /// The unit roundoff of `f32`, 2⁻²⁴, and an allowance for the rounding of the error sums in `f64`.
-const UNIT_ROUNDOFF: f64 = 5.960_465e-8;
+const UNIT_ROUNDOFF_WITH_SLACK: f64 = 5.960_465e-8;
 /// The smallest normal number of `f32`; smaller numbers may be flushed to zero.
 const MIN_NORMAL: f64 = 1.175_494_4e-38;
 /// The length of three components whose squares are flushed to zero.
@@ -103,7 +103,7 @@ impl RunningError {
         let largest = value.magnitude() + propagated;
         Self::with_error(
             value,
-            propagated + largest * UNIT_ROUNDOFF + MIN_NORMAL,
+            propagated + largest * UNIT_ROUNDOFF_WITH_SLACK + MIN_NORMAL,
             uncertain,
         )
     }
@@ -195,7 +195,7 @@ impl RunningError {
         let propagated = parts.iter().map(|part| part.error * part.error);
         let propagated = propagated.sum::<f64>().sqrt();
         let largest = value.magnitude() + propagated;
-        let error = propagated + largest * UNIT_ROUNDOFF * rounding_units + MIN_LENGTH;
+        let error = propagated + largest * UNIT_ROUNDOFF_WITH_SLACK * rounding_units + MIN_LENGTH;
         let fits = largest < MAX_SQUARABLE;
         Self {
             value,

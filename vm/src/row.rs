@@ -30,7 +30,7 @@ impl ParameterType {
 pub struct Parameter {
     /// Its name, the same in Rust, WGSL and the listing.
     pub name: &'static str,
-    /// Its type.
+    /// Its type, which gives the number of constants that it takes.
     pub ty: ParameterType,
 }
 
@@ -82,13 +82,13 @@ pub enum Exactness {
     ExactOutside,
     /// At most the distance, but possibly less.
     Bound,
-    /// No relation: only the slope bound makes it safe to march.
-    Field,
+    /// Unknown: only the slope bound makes it safe to march.
+    Unknown,
 }
 
 /// The rule for the slope bound of a result, given those of its operands.
 #[derive(Clone, Copy, Debug)]
-pub enum Slope {
+pub enum SlopeRule {
     /// A constant, for shapes (per unit of the local point).
     Constant(f64),
     /// A function of the parameters.
@@ -109,16 +109,16 @@ pub enum Slope {
     ScaledBy(fn(&[f64]) -> f64),
     /// For motions, folds and projections of the point: nothing is stretched.
     Fold,
-    /// For other maps of the point: the largest stretch of the map, given the parameters and the bounds of the
-    /// shape that is evaluated at its result.
+    /// For other maps of the point: the largest stretch of the map. It depends on the parameters and on the
+    /// bounds of the shape that is evaluated at its result.
     PointMap(fn(&[f64], &Bounds) -> f64),
     /// No bound follows from the row; the compiler derives one by interval arithmetic.
     Unbounded,
 }
 
-impl Slope {
-    /// Returns the bound of a value, given those of its operands and the largest stretch of the point;
-    /// for a fold, returns the stretch of its result.
+impl SlopeRule {
+    /// Returns the bound of a value, given those of its operands and the largest stretch of the point. For a
+    /// fold, returns the stretch of its result.
     ///
     /// `at_parameters` evaluates a function of the parameters: at their values, or at its largest over
     /// all their values. The bound is infinite for maps that stretch, and where no rule is known.
@@ -273,7 +273,7 @@ impl ArgumentKind {
 pub struct Argument {
     /// Its name in a call.
     pub name: &'static str,
-    /// Its kind.
+    /// Its kind, which gives the range of valid values.
     pub kind: ArgumentKind,
     /// Its default value; lengths are in scene units. `None` if every call must give it.
     pub default: Option<&'static [f64]>,
@@ -300,7 +300,7 @@ pub const fn optional(name: &'static str, kind: ArgumentKind, default: &'static 
 /// The built-in of the language that creates an operation. Rows that share a name are variants: a call
 /// selects the first row that has all its arguments.
 #[derive(Clone, Copy, Debug)]
-pub struct Language {
+pub struct BuiltinSignature {
     /// The word in a scene.
     pub name: &'static str,
     /// Its arguments, in order.
@@ -324,12 +324,12 @@ pub struct OpFacts {
     /// The section of the reference.
     pub category: Category,
     /// The built-in that creates it, if there is one.
-    pub language: Option<Language>,
+    pub language: Option<BuiltinSignature>,
     /// The relation of the result to the true distance.
     pub exactness: Exactness,
     /// The rule for its slope bound.
-    pub slope: Slope,
-    /// Its continuity.
+    pub slope: SlopeRule,
+    /// Its continuity as a function of operands or point.
     pub continuity: Continuity,
     /// The rule for its bounding volume.
     pub bounds: BoundsRule,
@@ -341,7 +341,7 @@ pub struct OpFacts {
     pub is_commutative: bool,
     /// Set if operands are compared by sign and order alone: dividing each by its own slope bound leaves
     /// the surface unchanged.
-    pub only_signs: bool,
+    pub uses_only_signs: bool,
     /// Set if it reads a lattice of hashed values, as noise does: it varies at the lattice's scale, so bounds over
     /// larger boxes are loose.
     pub reads_lattice: bool,
@@ -362,7 +362,7 @@ pub struct OpFacts {
 /// Two flat faces across a coordinate axis, at the same distance from the origin on both sides.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Flat {
-    /// The axis.
+    /// Index of the axis across which they lie: 0 to 2.
     pub axis: usize,
     /// Index of the parameter that is their distance from the origin; nothing else depends on it.
     pub half: usize,

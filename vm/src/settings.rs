@@ -19,10 +19,10 @@ pub enum SettingValue {
 
 impl SettingValue {
     /// Returns the value, given the results of the uniform program.
-    pub fn value(self, outputs: &[f64]) -> f64 {
+    pub fn value(self, uniform_values: &[f64]) -> f64 {
         match self {
             SettingValue::Constant(v) => v,
-            SettingValue::Uniform(output) => outputs[output as usize],
+            SettingValue::Uniform(output) => uniform_values[output as usize],
         }
     }
 }
@@ -39,7 +39,7 @@ pub struct Settings {
     pub checks: Vec<Check>,
     /// The cameras; at least one.
     pub cameras: Vec<Camera>,
-    /// The lights.
+    /// The lights, in the order of the text.
     pub lights: Vec<Light>,
     /// The sky.
     pub sky: Sky,
@@ -48,7 +48,7 @@ pub struct Settings {
     /// The animation, if there is one.
     pub animation: Option<Animation>,
     /// Set if the scene is a 2-D shape.
-    pub is_plane: bool,
+    pub is_2d: bool,
     /// Set if the z axis points up.
     pub z_up: bool,
     /// Bounding box of the solid for the parameters at compile time, at time 0.
@@ -77,11 +77,11 @@ pub struct Settings {
 /// the solid, no finite box may hold for all its values, but there is one for each value.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct CurrentBounds {
-    /// The box.
+    /// Box of the solid, in scene units; infinite where none is known.
     pub bounds: Bounds,
     /// The numbers of all parameters, in their order.
     pub params: Vec<f64>,
-    /// The time.
+    /// Time of the picture, in seconds.
     pub time: f64,
 }
 
@@ -164,7 +164,7 @@ pub struct Check {
 pub struct Camera<N = SettingValue> {
     /// Its name; empty if it has none.
     pub name: String,
-    /// Its position.
+    /// Its position, in world coordinates and scene units.
     pub from: [N; 3],
     /// The point at the centre of its view.
     pub look: [N; 3],
@@ -231,7 +231,7 @@ pub struct Light<N = SettingValue> {
     pub color: [N; 3],
     /// A factor on the colour.
     pub intensity: N,
-    /// Its shadow.
+    /// Form of its shadow, with the light's size.
     pub shadow: Shadow<N>,
 }
 
@@ -274,9 +274,9 @@ pub enum Shadow<N = SettingValue> {
     None,
     /// A sharp edge.
     Hard,
-    /// A penumbra from the nearest sample of the ray (the plain form).
+    /// A penumbra, found by short strides (the plain form).
     Plain(N),
-    /// A penumbra from the nearest point of the ray, estimated between samples (the improved form).
+    /// A penumbra, found by full sphere-tracing strides (the improved form).
     Soft(N),
     /// A penumbra on both sides of the edge: points hidden from the light's centre may still see its rim.
     Sized(N),

@@ -5,7 +5,7 @@
 
 use crate::blend::BlendKernel;
 use crate::dual::Dual;
-use crate::lanes::{F32x64, LANES, Lane, Points};
+use crate::lanes::{F32x64, LANES, LaneNumber, Points};
 use crate::material_weights::{MAX_TIE_PER_COORDINATE, blend_weights, operation_weights};
 use crate::multiversion;
 use crate::real::{Real, Vector3};
@@ -125,7 +125,7 @@ impl EvalHook<Dual<f32>> for SurfaceHook {
                 self.copy(first);
                 let other = &self.registers[usize::from(second)];
                 let alike = self.result.uniform.is_some() && self.result.uniform == other.uniform;
-                if op.row().meta.category != Category::Combine || alike {
+                if op.row().facts.category != Category::Combine || alike {
                     return;
                 }
                 let values = [a.each_ref(), b.each_ref()];

@@ -20,7 +20,7 @@ pub enum UniformStep {
         op: u8,
         /// The coordinates of the point it reads, if it reads one.
         point: Option<[u32; 3]>,
-        /// Its operands.
+        /// Indices of the steps that compute its operands.
         values: Vec<u32>,
         /// Its parameters, without gaps.
         parameters: Vec<u32>,
@@ -93,7 +93,7 @@ impl UniformProgram {
         }
     }
 
-    /// Returns the outputs for these parameters and this time. The program must be verified.
+    /// Returns the uniform values for these parameters and this time. The program must be verified.
     pub fn run(&self, params: &[f64], time: f64) -> Vec<f64> {
         let mut values: Vec<f64> = Vec::with_capacity(self.steps.len());
         for step in &self.steps {

@@ -8,8 +8,8 @@
 //! run ends after at most as many steps as there are instructions, without an access out of range.
 
 use crate::program::{
-    CHANNELS, Code, Destination, Instruction, MAX_DEPTH, MAX_GUARDS, MAX_INSTRUCTIONS, MAX_POINTS,
-    MAX_SLOTS, Operands, PointTransform, Program,
+    CHANNELS, Destination, Instruction, MAX_GUARDS, MAX_INSTRUCTIONS, MAX_SLOTS, MAX_STACK_POINTS,
+    MAX_STACK_VALUES, Opcode, Operands, PointTransform, Program,
 };
 
 /// The reasons why a program is refused.
@@ -55,7 +55,7 @@ pub enum VerifyError {
         at: usize,
         /// Index of the constant.
         index: usize,
-        /// The size of the pool.
+        /// Size of the pool.
         size: usize,
     },
     /// An instruction loads a slot before a value is stored in it.
@@ -63,7 +63,7 @@ pub enum VerifyError {
     Slot {
         /// Index of the instruction.
         at: usize,
-        /// The slot.
+        /// Number of the slot.
         slot: u8,
     },
     /// The fields of an instruction contradict each other.
@@ -170,7 +170,7 @@ pub fn verify(program: &Program, outputs: usize, surface: bool) -> Result<(), Ve
             return malformed(problem);
         }
         points += usize::from(i.push);
-        limit("points", points, MAX_POINTS)?;
+        limit("points", points, MAX_STACK_POINTS)?;
         match i.transform {
             PointTransform::Identity => {}
             _ if !i.code.reads_point() => return malformed("has a frame but reads no point"),
@@ -199,23 +199,23 @@ pub fn verify(program: &Program, outputs: usize, surface: bool) -> Result<(), Ve
             return malformed("reaches below the value that its guard stands for");
         }
         match i.code {
-            Code::Load if !stored.get(usize::from(i.slot)).is_some_and(|&s| s) => {
+            Opcode::Load if !stored.get(usize::from(i.slot)).is_some_and(|&s| s) => {
                 return Err(VerifyError::Slot { at, slot: i.slot });
             }
-            Code::Store => match stored.get_mut(usize::from(i.slot)) {
+            Opcode::Store => match stored.get_mut(usize::from(i.slot)) {
                 Some(slot) => {
                     *slot = true;
                     blocks.iter_mut().for_each(|block| block.stores(i.slot));
                 }
                 None => return malformed("names a slot that the program does not have"),
             },
-            Code::Normal if i.slot > 2 => return malformed("names no axis"),
-            Code::Channel if usize::from(i.slot) >= CHANNELS => {
+            Opcode::Normal if i.slot > 2 => return malformed("names no axis"),
+            Opcode::Channel if usize::from(i.slot) >= CHANNELS => {
                 return malformed("names no channel");
             }
-            Code::Channel => pending += 1,
-            Code::Paint => pending = 0,
-            Code::Guard => {
+            Opcode::Channel => pending += 1,
+            Opcode::Paint => pending = 0,
+            Opcode::Guard => {
                 let end = at + 1 + i.skips as usize;
                 let outer = blocks.last().map_or(program.code.len(), |block| block.end);
                 if i.skips == 0 {
@@ -239,9 +239,9 @@ pub fn verify(program: &Program, outputs: usize, surface: bool) -> Result<(), Ve
                 });
                 limit("guards within each other", blocks.len(), MAX_GUARDS)?;
             }
-            Code::Op(_) | Code::Load | Code::Top | Code::Normal => {}
+            Opcode::Op(_) | Opcode::Load | Opcode::Top | Opcode::Normal => {}
         }
-        if i.skips > 0 && i.code != Code::Guard {
+        if i.skips > 0 && i.code != Opcode::Guard {
             return malformed("skips, but is no guard");
         }
         let keeps = !i.has_no_value();
@@ -262,7 +262,7 @@ pub fn verify(program: &Program, outputs: usize, surface: bool) -> Result<(), Ve
                 }
             }
         }
-        limit("values on the stack", depth, MAX_DEPTH)?;
+        limit("values on the stack", depth, MAX_STACK_VALUES)?;
     }
     for block in blocks.into_iter().rev() {
         block.close(depth, points, pending, &mut stored)?;
@@ -327,7 +327,7 @@ impl OpenBlock {
         };
         Err(VerifyError::Malformed {
             at: self.at,
-            name: Code::Guard.name(),
+            name: Opcode::Guard.name(),
             problem,
         })
     }

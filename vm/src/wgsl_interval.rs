@@ -7,9 +7,9 @@
 //! [recorder](crate::record) turns them into WGSL, and tests run them on the CPU.
 //!
 //! # Relative errors
-//! A bound is computed with rounding, and it must hold for a value that is rounded as well. So each
-//! relative error is twice what WGSL and Vulkan allow an operation, and one unit in the last place (at most
-//! 1.2e-7) for the widening itself.
+//! A bound is computed with rounding, and it must hold for a value that is rounded as well. So each relative
+//! error is twice what WGSL and Vulkan allow an operation. The widening itself adds one unit in the last
+//! place (at most 1.2e-7).
 //!
 //! | operation | allowed | relative error |
 //! |---|---|---|
@@ -280,8 +280,8 @@ fn wave<R: Real>(a: WgslInterval<R>, f: fn(R) -> R, crest: f64) -> WgslInterval<
     let size = a.magnitude();
     let error = size * lit(relative_error) + lit(least);
     let (first, last) = (f(a.low), f(a.high));
-    // A crest (or a trough) lies inside if the end has passed one more of them than the start; the slack
-    // can only widen the range.
+    // A crest (or a trough) lies inside if the end has passed one more of them than the start. The slack can
+    // only widen the range.
     let passes = |phase: f64| {
         let turns = |x: R, slack: R| ((x - lit(phase)) * lit(1.0 / TAU) + slack).floor();
         turns(a.low, -error).less(turns(a.high, error))

@@ -6,15 +6,15 @@ use sdfc_vm::encode::{decode, encode};
 use sdfc_vm::file::{FileError, MAX_BYTES, decode_file};
 use sdfc_vm::listing;
 use sdfc_vm::program::{
-    Code, Destination, Instruction, MAX_DEPTH, MAX_GUARDS, MAX_INSTRUCTIONS, MAX_POINTS, MAX_SLOTS,
-    Program,
+    Destination, Instruction, MAX_GUARDS, MAX_INSTRUCTIONS, MAX_SLOTS, MAX_STACK_POINTS,
+    MAX_STACK_VALUES, Opcode, Program,
 };
 use sdfc_vm::table::Op;
 use sdfc_vm::verify::{VerifyError, verify};
 
 #[test]
 fn limits_are_refused_with_both_numbers() {
-    let constant = Instruction::new(Code::Op(Op::Constant));
+    let constant = Instruction::new(Opcode::Op(Op::Constant));
     let program = |code| Program {
         code,
         pool: vec![[0.0; 4]],
@@ -38,9 +38,9 @@ fn limits_are_refused_with_both_numbers() {
     ));
     let keep = Instruction {
         push: true,
-        ..Instruction::new(Code::Op(Op::Mirror))
+        ..Instruction::new(Opcode::Op(Op::Mirror))
     };
-    let mut kept = vec![keep; MAX_POINTS + 1];
+    let mut kept = vec![keep; MAX_STACK_POINTS + 1];
     kept.push(constant);
     let slots = Program {
         slots: MAX_SLOTS as u32 + 1,
@@ -75,8 +75,8 @@ fn limits_are_those_of_the_page() {
     assert_eq!(
         (
             MAX_INSTRUCTIONS,
-            MAX_DEPTH,
-            MAX_POINTS,
+            MAX_STACK_VALUES,
+            MAX_STACK_POINTS,
             MAX_SLOTS,
             MAX_GUARDS,
             MAX_BYTES
@@ -101,9 +101,9 @@ fn a_file_that_is_too_large_is_refused_with_both_numbers() {
 fn with_guard(skips: u32, behind: &[Instruction]) -> Program {
     let guard = Instruction {
         skips,
-        ..Instruction::new(Code::Guard)
+        ..Instruction::new(Opcode::Guard)
     };
-    let constant = Instruction::new(Code::Op(Op::Constant));
+    let constant = Instruction::new(Opcode::Op(Op::Constant));
     let mut code = vec![constant, guard];
     code.extend(behind);
     Program {
@@ -121,7 +121,7 @@ fn blended_sphere() -> Instruction {
             kernel: BlendKernel::Hard,
             index: 0,
         },
-        ..Instruction::new(Code::Op(Op::Sphere))
+        ..Instruction::new(Opcode::Op(Op::Sphere))
     }
 }
 
@@ -130,7 +130,7 @@ fn guards_of_blends_are_accepted() {
     let ball = blended_sphere();
     let inner = Instruction {
         skips: 1,
-        ..Instruction::new(Code::Guard)
+        ..Instruction::new(Opcode::Guard)
     };
     assert_eq!(verify(&with_guard(1, &[ball]), 0, false), Ok(()));
     assert_eq!(verify(&with_guard(1, &[ball, ball]), 0, false), Ok(()));
@@ -144,16 +144,16 @@ fn guards_of_blends_are_accepted() {
 
 #[test]
 fn guards_that_skip_more_than_blends_are_refused() {
-    let op = |op| Instruction::new(Code::Op(op));
+    let op = |op| Instruction::new(Opcode::Op(op));
     let ball = blended_sphere();
     let slot = |code| Instruction::new(code);
     let guard = |skips| Instruction {
         skips,
-        ..Instruction::new(Code::Guard)
+        ..Instruction::new(Opcode::Guard)
     };
     let take = |pops| Instruction {
         pops,
-        ..Instruction::new(Code::Top)
+        ..Instruction::new(Opcode::Top)
     };
     let mirror = |push| Instruction {
         push,
@@ -191,7 +191,7 @@ fn guards_that_skip_more_than_blends_are_refused() {
         ),
         (with_guard(2, &[mirror(true), ball]), "keep points"),
         (
-            with_guard(2, &[slot(Code::Store), ball, slot(Code::Load), ball]),
+            with_guard(2, &[slot(Opcode::Store), ball, slot(Opcode::Load), ball]),
             "reads slot 0, which holds nothing yet",
         ),
         (with_guard(41, &deep), "guards within each other"),
@@ -218,8 +218,8 @@ fn guards_that_skip_more_than_blends_are_refused() {
 #[test]
 fn guards_stay_between_channels_and_materials_of_their_own() {
     let ball = blended_sphere();
-    let constant = Instruction::new(Code::Op(Op::Constant));
-    let channel = Instruction::new(Code::Channel);
+    let constant = Instruction::new(Opcode::Op(Op::Constant));
+    let channel = Instruction::new(Opcode::Channel);
     let mut left = with_guard(3, &[constant, channel, ball]);
     let error = verify(&left, 0, true).unwrap_err().to_string();
     assert!(error.contains("without its material"), "{error}");

@@ -58,7 +58,7 @@ struct Cli {
     )]
     peers: Vec<Peer>,
     /// Distance to a surface at which sdfc's rays estimate the root, in halves of a pixel.
-    #[arg(long, value_name = "SHARE", default_value_t = RenderSettings::CONE)]
+    #[arg(long, value_name = "SHARE", default_value_t = RenderSettings::DEFAULT_THRESHOLD_FRACTION)]
     cone: f64,
     /// sdfc's engines split space into no cells, also where they would.
     #[arg(long)]

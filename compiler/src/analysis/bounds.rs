@@ -33,13 +33,13 @@ impl UniformValues {
     /// Returns the value of a uniform number, and NaN for numbers of a point.
     pub fn value(
         &mut self,
-        graph: &Expressions,
+        expressions: &Expressions,
         params: &[SceneParam],
         time: f64,
         id: ExprId,
     ) -> f64 {
         if id.index() >= self.values.len() {
-            for (_, node, _) in graph.since(self.values.len()) {
+            for (_, node, _) in expressions.since(self.values.len()) {
                 let value = self.compute(node, params, time);
                 self.values.push(value);
             }
@@ -195,8 +195,9 @@ impl ShapeBounds {
 
     /// Returns the value of a uniform number.
     pub(crate) fn number(&mut self, scene: SceneRef<'_>, id: ExprId) -> f64 {
-        let (graph, params) = (scene.expressions, scene.params);
-        self.uniform_values.value(graph, params, self.time, id)
+        let (expressions, params) = (scene.expressions, scene.params);
+        self.uniform_values
+            .value(expressions, params, self.time, id)
     }
 
     fn numbers(&mut self, scene: SceneRef<'_>, ids: &[ExprId]) -> Vec<f64> {
@@ -205,10 +206,10 @@ impl ShapeBounds {
 
     /// Returns the range of a number of the point over all of space.
     fn range(&mut self, scene: SceneRef<'_>, id: ExprId) -> Interval {
-        let (graph, params, time) = (scene.expressions, scene.params, self.time);
+        let (expressions, params, time) = (scene.expressions, scene.params, self.time);
         let present = &mut self.uniform_values;
-        let mut value = |id| present.value(graph, params, time, id);
-        range(graph, id, &Bounds::ALL_SPACE, &mut value)
+        let mut value = |id| present.value(expressions, params, time, id);
+        range(expressions, id, &Bounds::ALL_SPACE, &mut value)
     }
 
     /// Computes the box of a shape from the boxes of its operands.
@@ -279,10 +280,10 @@ impl ShapeBounds {
                     }
                     return result;
                 }
-                let (graph, params, time) = (scene.expressions, scene.params, self.time);
+                let (expressions, params, time) = (scene.expressions, scene.params, self.time);
                 let present = &mut self.uniform_values;
-                extent_of_preimage(graph, *point, &image, &mut |id| {
-                    Interval::point(present.value(graph, params, time, id))
+                extent_of_preimage(expressions, *point, &image, &mut |id| {
+                    Interval::point(present.value(expressions, params, time, id))
                 })
             }
             ShapeKind::Displace { child, amount } => {
@@ -295,7 +296,7 @@ impl ShapeBounds {
         }
     }
 
-    /// Returns the ranges of the numbers that a warp adds to the coordinates; `None` if it does more than
+    /// Returns the ranges of the numbers that a warp adds to the coordinates. `None` if it does more than
     /// shift points, or shifts them without a limit.
     fn shift_ranges(&mut self, scene: SceneRef<'_>, point: &ExprTriple) -> Option<[Interval; 3]> {
         let mut shifts = [Interval::point(0.0); 3];
@@ -320,13 +321,13 @@ impl ShapeBounds {
         }
         let search_result = if self.holds_for_all_params {
             let ranges = ParamRanges::for_scene(scene);
-            let graph = scene.expressions;
-            extent(graph, value, &mut |id| ranges.leaf(graph, id))
+            let expressions = scene.expressions;
+            extent(expressions, value, &mut |id| ranges.leaf(expressions, id))
         } else {
-            let (graph, params, time) = (scene.expressions, scene.params, self.time);
+            let (expressions, params, time) = (scene.expressions, scene.params, self.time);
             let present = &mut self.uniform_values;
-            extent(graph, value, &mut |id| {
-                Interval::point(present.value(graph, params, time, id))
+            extent(expressions, value, &mut |id| {
+                Interval::point(present.value(expressions, params, time, id))
             })
         };
         region.intersection(&search_result)
@@ -402,15 +403,15 @@ impl ShapeBounds {
         let boxes: Vec<Bounds> = children.iter().map(|&id| self.get(scene, id)).collect();
         let first = || boxes.first().copied().unwrap_or(Bounds::ALL_SPACE);
         let hull = || boxes.iter().fold(Bounds::EMPTY, |hull, b| hull.hull(b));
-        let meta = &op.row().meta;
-        match meta.bounds {
-            BoundsRule::Centred(_) | BoundsRule::Shape(_) => meta
+        let facts = &op.row().facts;
+        match facts.bounds {
+            BoundsRule::Centred(_) | BoundsRule::Shape(_) => facts
                 .bounds
                 .shape_bounds(numbers)
                 .unwrap_or(Bounds::ALL_SPACE),
             BoundsRule::Hull => hull(),
             BoundsRule::HullGrown(rule) => {
-                let growth = match meta.blend {
+                let growth = match facts.blend {
                     Some(blend) => blend.kernel.max_chain_offset(numbers[0], boxes.len()),
                     // Each step of a chain may add to the sum of the steps before it.
                     None => rule(numbers) * boxes.len().saturating_sub(1).max(1) as f64,
@@ -479,12 +480,12 @@ impl ShapeBounds {
         level: f64,
         outer_box: &Bounds,
     ) -> Bounds {
-        let (graph, params, time) = (scene.expressions, scene.params, self.time);
+        let (expressions, params, time) = (scene.expressions, scene.params, self.time);
         let (present, is_lasting) = (&mut self.uniform_values, self.holds_for_all_params);
         let ranges = ParamRanges::for_scene(scene);
         let mut uniform = |id| match is_lasting {
-            true => ranges.number(graph, id),
-            false => Interval::point(present.value(graph, params, time, id)),
+            true => ranges.number(expressions, id),
+            false => Interval::point(present.value(expressions, params, time, id)),
         };
         let mut range = ShapeRange::new(scene, &mut uniform);
         _ = range.range_in_box(id, &Bounds::ALL_SPACE);
@@ -493,8 +494,8 @@ impl ShapeBounds {
         if outer_box.is_finite() {
             return narrow_bounds(outer_box, evaluations, &mut over);
         }
-        let plane = scene.shapes[id.0 as usize].plane;
-        search_extent([false, false, plane], evaluations, &mut over)
+        let is_2d = scene.shapes[id.0 as usize].is_2d;
+        search_extent([false, false, is_2d], evaluations, &mut over)
     }
 
     fn joined_slack(&mut self, scene: SceneRef<'_>, children: &[ShapeId]) -> DistanceSlack {
@@ -520,15 +521,15 @@ impl ShapeBounds {
 
     fn compute_slack(&mut self, scene: SceneRef<'_>, id: ShapeId) -> DistanceSlack {
         match &scene.shapes[id.0 as usize].kind {
-            ShapeKind::Primitive { op, .. } => match op.row().meta.exactness {
+            ShapeKind::Primitive { op, .. } => match op.row().facts.exactness {
                 Exactness::Exact | Exactness::ExactOutside => DistanceSlack::NONE,
-                Exactness::Bound | Exactness::Field => DistanceSlack::from_axis(1.0),
+                Exactness::Bound | Exactness::Unknown => DistanceSlack::from_axis(1.0),
             },
             ShapeKind::Polygon { .. } | ShapeKind::Nothing => DistanceSlack::NONE,
             // A field's declared region says nothing of where it is small.
             ShapeKind::Field { .. } => DistanceSlack::UNKNOWN,
             ShapeKind::Painted { child, .. } => self.slack(scene, *child),
-            ShapeKind::Combine { op, children, .. } => match op.row().meta.bounds {
+            ShapeKind::Combine { op, children, .. } => match op.row().facts.bounds {
                 BoundsRule::Intersection => {
                     let bounds_and_slack =
                         |id: &ShapeId| (self.get(scene, *id), self.slack(scene, *id));
@@ -646,9 +647,10 @@ pub(crate) fn inverse(m: &[f64]) -> Option<[[f64; 4]; 3]> {
 }
 
 /// Returns the number that is added to a coordinate, where `id` is such a sum.
-fn shift(graph: &Expressions, id: ExprId, axis: u8) -> Option<ExprId> {
-    let is_axis = |id: ExprId| matches!(graph.get(id), Expression::Coordinate(a) if *a == axis);
-    match graph.get(id) {
+fn shift(expressions: &Expressions, id: ExprId, axis: u8) -> Option<ExprId> {
+    let is_axis =
+        |id: ExprId| matches!(expressions.get(id), Expression::Coordinate(a) if *a == axis);
+    match expressions.get(id) {
         Expression::Apply {
             op: Op::Add,
             values,
@@ -663,12 +665,12 @@ fn shift(graph: &Expressions, id: ExprId, axis: u8) -> Option<ExprId> {
 }
 
 /// Evaluates a number of point stage without parameters at a point.
-pub fn value_at(graph: &Expressions, id: ExprId, point: [f64; 3]) -> f64 {
-    let order = crate::uniforms::operands_first(graph, id, |_| false);
+pub fn value_at(expressions: &Expressions, id: ExprId, point: [f64; 3]) -> f64 {
+    let order = crate::uniforms::operands_first(expressions, id, |_| false);
     let mut values: HashMap<ExprId, f64> = HashMap::with_capacity(order.len());
     for id in order {
         let value = |id: &ExprId| values[id];
-        let result = match graph.get(id) {
+        let result = match expressions.get(id) {
             Expression::Constant(value) => *value,
             Expression::Coordinate(axis) => point[usize::from(*axis)],
             Expression::Apply {

@@ -7,8 +7,8 @@
 
 use sdfc_vm::bounds::Bounds;
 
-/// Largest distance from the box, in units, at which a shape's distance may still be one unit (and in
-/// proportion). Both numbers are at least one, and infinite where nothing is known.
+/// Factors k: where the shape's distance is at most d, the point is at most k·d from the box. They are at least
+/// one, and infinite where nothing is known.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct DistanceSlack {
     /// Along the axes: the region lies within the box grown by this much on every side.
@@ -29,8 +29,8 @@ impl DistanceSlack {
         radial: f64::INFINITY,
     };
 
-    /// Slack of a shape for which only the axes are known: a corner of a grown box is at most √3 times
-    /// as far as its sides.
+    /// Slack of a shape for which only the axes are known. A corner of a grown box is at most √3 times as far
+    /// as its sides.
     pub(crate) fn from_axis(axis: f64) -> Self {
         Self {
             axis,

@@ -19,7 +19,7 @@ use sdfc_vm::bounds::Bounds;
 use sdfc_vm::dual::Dual;
 use sdfc_vm::interval::Interval;
 use sdfc_vm::real::Vector3;
-use sdfc_vm::row::Slope;
+use sdfc_vm::row::SlopeRule;
 use sdfc_vm::table::Op;
 use sdfc_vm::vector::V3;
 
@@ -264,7 +264,8 @@ impl<R: BoxValue> BoxNumber<R> {
                 // Only one of the compared operands contributes its gradient.
                 let is_choice = matches!(op, Op::Min | Op::Max | Op::Clamp | Op::Smoothstep);
                 self.needs_relative |= uses_relative;
-                let has_rule = matches!(op.row().meta.slope, Slope::Constant(_)) && point.is_some();
+                let has_rule =
+                    matches!(op.row().facts.slope, SlopeRule::Constant(_)) && point.is_some();
                 self.has_norms |= uses_relative || is_choice || has_rule;
             }
             _ => {}

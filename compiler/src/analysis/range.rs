@@ -18,12 +18,12 @@ const MAX_OPERATIONS: usize = 200_000;
 /// Returns bounds on a number while its point is in a box, which may be infinite. `value` returns
 /// uniform numbers.
 pub fn range(
-    graph: &Expressions,
+    expressions: &Expressions,
     id: ExprId,
     region: &Bounds,
     value: &mut dyn FnMut(ExprId) -> f64,
 ) -> Interval {
-    let mut number = BoxNumber::<Interval>::new(graph, id, &mut |id| {
+    let mut number = BoxNumber::<Interval>::new(expressions, id, &mut |id| {
         UniformInput::Known(Interval::point(value(id)))
     });
     let mut sub_boxes = vec![(*region, number.eval(region, &[]))];
@@ -57,13 +57,13 @@ pub fn range(
 /// Returns bounds on a number while its point is in a box, for all values of the parameters, by one
 /// evaluation.
 pub(crate) fn range_over(
-    graph: &Expressions,
+    expressions: &Expressions,
     id: ExprId,
     region: &Bounds,
     ranges: &ParamRanges,
 ) -> Interval {
-    let mut number = BoxNumber::<Interval>::new(graph, id, &mut |id| {
-        UniformInput::Known(ranges.leaf(graph, id))
+    let mut number = BoxNumber::<Interval>::new(expressions, id, &mut |id| {
+        UniformInput::Known(ranges.leaf(expressions, id))
     });
     number.eval(region, &[])
 }

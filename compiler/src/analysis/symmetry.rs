@@ -25,7 +25,7 @@ impl Symmetries<'_> {
         match &shape.kind {
             ShapeKind::Nothing => true,
             ShapeKind::Primitive { op, parameters } => {
-                shape.plane && axis == 2
+                shape.is_2d && axis == 2
                     || position == 0.0 && self.is_even_primitive(*op, parameters, axis)
             }
             ShapeKind::Polygon { points } => {
@@ -63,7 +63,7 @@ impl Symmetries<'_> {
             ShapeKind::Polar {
                 child, parameters, ..
             } => {
-                let (radial_axis, lateral_axis) = (0, if shape.plane { 1 } else { 2 });
+                let (radial_axis, lateral_axis) = (0, if shape.is_2d { 1 } else { 2 });
                 match axis {
                     _ if axis == lateral_axis || axis == radial_axis => {
                         position == 0.0
@@ -107,13 +107,13 @@ impl Symmetries<'_> {
         match &shape.kind {
             ShapeKind::Nothing => true,
             ShapeKind::Primitive { op, .. } => {
-                let axis = if shape.plane { 2 } else { 1 };
-                op.row().meta.axis_of_revolution == Some(axis)
+                let axis = if shape.is_2d { 2 } else { 1 };
+                op.row().facts.axis_of_revolution == Some(axis)
             }
             ShapeKind::Combine { children, .. } => children.iter().all(|&id| self.is_round(id)),
             ShapeKind::Painted { child, .. } => self.is_round(*child),
             ShapeKind::Frame { child, matrix, .. } => {
-                let axis = if shape.plane { 2 } else { 1 };
+                let axis = if shape.is_2d { 2 } else { 1 };
                 let keeps_axis = self
                     .plane_in_frame(matrix, axis, 0.0)
                     .is_some_and(|(inner_axis, _)| inner_axis == axis);
@@ -164,7 +164,7 @@ impl Symmetries<'_> {
     /// Reports whether a primitive's formula is even along an axis. The test compares values at sample
     /// points: a formula without branches that is even at that many points is even everywhere.
     fn is_even_primitive(&self, op: Op, parameters: &[ExprId], axis: usize) -> bool {
-        let category = op.row().meta.category;
+        let category = op.row().facts.category;
         if !matches!(category, Category::Shape3 | Category::Shape2) {
             return false;
         }

@@ -34,7 +34,7 @@ const MIN_FINITE_FRACTION: f64 = 0.05;
 /// Maximum number of operations.
 const MAX_OPERATIONS: usize = 400_000;
 
-/// Returns about half the size of the visible part of a scene: the distance of its subject's farthest
+/// Returns about half the size of the visible part of a scene. It is the distance of its subject's farthest
 /// corner from the origin, or the distance of cameras.
 ///
 /// For a scene without a subject the axis with the nearest end counts: a hill falls forever.

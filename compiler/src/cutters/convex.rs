@@ -24,7 +24,7 @@ pub(super) fn is_convex(scene: &Scene, id: ShapeId) -> bool {
         ShapeKind::Polygon { .. } => {
             corners(scene, id).is_some_and(|corners| is_convex_polygon(&corners))
         }
-        ShapeKind::Primitive { op, .. } => op.row().meta.is_convex,
+        ShapeKind::Primitive { op, .. } => op.row().facts.is_convex,
         _ => false,
     }
 }

@@ -103,7 +103,7 @@ impl CutterExtension<'_> {
                         points.extend([corner, DVec3::new(0.0, corner.y, 0.0)])
                     }
                     true => points.extend(circumscribed_polygon(corner)),
-                    false if near_section.is_plane && !region.is_ring => {
+                    false if near_section.is_2d && !region.is_ring => {
                         let ends = [region.bounds.min[2] + margin, region.bounds.max[2] - margin];
                         points.extend(ends.map(|z| corner.with_z(z)));
                     }
@@ -174,7 +174,7 @@ impl CutterExtension<'_> {
         else {
             return false;
         };
-        let mut flats = op.row().meta.flats.iter();
+        let mut flats = op.row().facts.flats.iter();
         let Some(flat) = flats.find(|flat| flat.axis == axis) else {
             return false;
         };

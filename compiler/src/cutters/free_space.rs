@@ -51,9 +51,9 @@ impl CutterExtension<'_> {
         let Some(regions) = Region::images_of_box(added_box, &part.frame, path) else {
             return false;
         };
-        let is_plane = self.scene.shapes[cut.body.unwrap_or(part.id).0 as usize].plane;
+        let is_2d = self.scene.shapes[cut.body.unwrap_or(part.id).0 as usize].is_2d;
         regions.into_iter().all(|mut region| {
-            if is_plane {
+            if is_2d {
                 (region.bounds.min[2], region.bounds.max[2]) = (0.0, 0.0);
             }
             self.is_free_within(part, &region, cut)
@@ -147,7 +147,7 @@ impl CutterExtension<'_> {
         else {
             return self.bisect_intervals(part, None, region, body, cutters);
         };
-        let flats = op.row().meta.flats.iter().map(|flat| flat.axis).collect();
+        let flats = op.row().facts.flats.iter().map(|flat| flat.axis).collect();
         let centre = part.is_straight.then(|| self.bounds(part.id).centre());
         let centre = centre.map(|centre| (centre, flats));
         self.bisect_intervals(part, centre, region, body, cutters)

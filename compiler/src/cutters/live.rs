@@ -1,8 +1,8 @@
 //! Cutters that depend on live parameters in the same way as the body.
 //!
-//! A face of a cutter is moved outwards if it is at or beyond the body's outermost face on that side.
-//! The condition must hold for all values of the parameters. Both positions are linear forms of the
-//! parameters: a plate of the height `h` and a cutter of that height end in the same plane, whatever `h` is.
+//! A face of a cutter is moved outwards if it is at or beyond the body's outermost face on that side. The
+//! condition must hold for all values of the parameters. Both positions are linear forms of the parameters. A
+//! plate of the height `h` and a cutter of that height end in the same plane, whatever `h` is.
 
 use super::linear::LinearForm;
 use super::{CutContext, CutterExtension, TOUCH_TOLERANCE};
@@ -95,7 +95,7 @@ impl CutterExtension<'_> {
         };
         let mut centre = [0.0; 3];
         let mut is_longer = false;
-        for flat in op.row().meta.flats {
+        for flat in op.row().facts.flats {
             let half_extent = LinearForm::from_expr(&self.scene.expressions, parameters[flat.half]);
             let mut shifts = [0.0; 2];
             for (side, shifts) in [-1.0, 1.0].into_iter().zip(&mut shifts) {
@@ -122,8 +122,8 @@ impl CutterExtension<'_> {
         self.translated(id, child, centre)
     }
 
-    /// Position of a face in the body's frame: its distance from the origin, its side, and the units of the
-    /// part's frame per unit of the body's.
+    /// Position of a face in the body's frame. It consists of its distance from the origin, its side, and the
+    /// units of the part's frame per unit of the body's.
     pub(super) fn face_in_body_frame(
         &self,
         (mut axis, mut side): Side,
@@ -206,7 +206,7 @@ impl CutterExtension<'_> {
                 let form = |&index: &usize| {
                     LinearForm::from_expr(&self.scene.expressions, parameters[index])
                 };
-                match op.row().meta.bounds {
+                match op.row().facts.bounds {
                     BoundsRule::Centred(extents) => match extents[axis] {
                         AxisExtent::Sum(indices) => {
                             let sum =
@@ -286,7 +286,7 @@ impl CutterExtension<'_> {
                 )
             }
             ShapeKind::Combine { op, children, .. } => {
-                match op.row().meta.set {
+                match op.row().facts.set {
                     // A blend may extend beyond its operands.
                     Some(SetOperation::Union) if op != Op::Union => by_box(self),
                     Some(SetOperation::Union) => {

@@ -205,7 +205,7 @@ impl<'s, 'u> MappedRange<'s, 'u> {
         let ShapeKind::Primitive { op, parameters } = &self.scene.shapes[id.0 as usize].kind else {
             return None;
         };
-        if op.row().meta.exactness != Exactness::Exact || !op.row().meta.is_convex {
+        if op.row().facts.exactness != Exactness::Exact || !op.row().facts.is_convex {
             return None;
         }
         let constant = |&id| self.scene.expressions.as_constant(id);
@@ -336,7 +336,7 @@ pub(super) fn is_round(scene: &Scene, id: ShapeId) -> bool {
     else {
         return false;
     };
-    op.row().meta.axis_of_revolution == Some(1)
+    op.row().facts.axis_of_revolution == Some(1)
 }
 
 /// The map of a ring's half plane that a map of space induces. It exists if the map of space maps

@@ -139,7 +139,7 @@ impl CutterExtension<'_> {
                 let section = |points: [DVec2; 2]| Section {
                     points: points.map(|p| p.extend(0.0)).to_vec(),
                     is_round: false,
-                    is_plane: true,
+                    is_2d: true,
                 };
                 let part = GrowingPart {
                     id: candidate,

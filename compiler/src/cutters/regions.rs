@@ -66,7 +66,7 @@ impl Region {
                         regions = map_regions(&regions, &maps);
                     }
                     _ => {
-                        let BoundsRule::Map(rule) = op.row().meta.bounds else {
+                        let BoundsRule::Map(rule) = op.row().facts.bounds else {
                             return None;
                         };
                         for region in &mut regions {

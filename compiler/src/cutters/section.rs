@@ -16,7 +16,7 @@ pub(super) struct Section {
     /// True for a disc about the y axis of the region's frame.
     pub(super) is_round: bool,
     /// True for a section of a 2-D shape.
-    pub(super) is_plane: bool,
+    pub(super) is_2d: bool,
 }
 
 impl Section {

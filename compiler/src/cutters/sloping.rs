@@ -84,7 +84,7 @@ impl SlopedSolid {
                 .map(|p| transform_point(&self.frame, p))
                 .collect(),
             is_round,
-            is_plane: false,
+            is_2d: false,
         }
     }
 }

@@ -19,7 +19,7 @@ impl CutterExtension<'_> {
     ) -> ShapeId {
         match self.kind(id) {
             ShapeKind::Primitive { op, .. } | ShapeKind::Distance { op, .. } => {
-                self.extend_faces_along(id, op.row().meta.flats, path, cut)
+                self.extend_faces_along(id, op.row().facts.flats, path, cut)
             }
             _ => id,
         }
@@ -43,7 +43,7 @@ impl CutterExtension<'_> {
         else {
             return id;
         };
-        let plane = self.scene.shapes[id.0 as usize].plane;
+        let is_2d = self.scene.shapes[id.0 as usize].is_2d;
         let original = self.bounds(id);
         let max_step = cut.size / scale(path);
         let is_constant = self
@@ -51,7 +51,7 @@ impl CutterExtension<'_> {
             .expressions
             .as_constant(parameters[flat.half])
             .is_some();
-        let mut sides = (0..3).filter(|&axis| !(plane && axis == 2));
+        let mut sides = (0..3).filter(|&axis| !(is_2d && axis == 2));
         let is_finite = sides
             .all(|axis| original.min[axis] < original.max[axis] && original.min[axis].is_finite());
         if !max_step.is_finite() || !is_finite {
@@ -171,7 +171,7 @@ impl CutterExtension<'_> {
         bounds: &Bounds,
         (axis, near, far): (usize, f64, f64),
     ) -> [Section; 2] {
-        let is_plane = self.scene.shapes[id.0 as usize].plane;
+        let is_2d = self.scene.shapes[id.0 as usize].is_2d;
         let section_at = |end: f64, points: Vec<DVec3>, is_round: bool| {
             let at_end = |mut point: DVec3| {
                 point[axis] = end;
@@ -180,7 +180,7 @@ impl CutterExtension<'_> {
             Section {
                 points: points.into_iter().map(at_end).collect(),
                 is_round,
-                is_plane,
+                is_2d,
             }
         };
         let (points, is_round) = match self.kind(id) {
@@ -197,7 +197,7 @@ impl CutterExtension<'_> {
             },
             _ => (bounds.corners().map(DVec3::from).to_vec(), false),
         };
-        let flattened = |point: &DVec3| match is_plane {
+        let flattened = |point: &DVec3| match is_2d {
             true => point.with_z(0.0),
             false => *point,
         };

@@ -2,7 +2,7 @@
 //!
 //! The minimum of the values of two operands that touch, or overlap slightly, is near zero deep inside the
 //! solid. An inset, a shell or a blend by such values opens a gap at the seam. So a face of an operand is
-//! moved into the other operands where they contain the whole extension: the solid stays the same set of
+//! moved into the other operands where they contain the whole extension. The solid stays the same set of
 //! points.
 
 use super::{CutContext, CutterExtension, size};
@@ -30,7 +30,7 @@ impl CutterExtension<'_> {
             | ShapeKind::Displace { .. } => true,
             ShapeKind::Combine { op, .. } => {
                 !matches!(op, Op::Intersection | Op::Subtraction)
-                    && op.row().meta.set != Some(SetOperation::Union)
+                    && op.row().facts.set != Some(SetOperation::Union)
             }
             _ => false,
         };
@@ -38,7 +38,7 @@ impl CutterExtension<'_> {
             return;
         }
         let is_subtraction = matches!(kind, ShapeKind::Combine { op, .. }
-            if op.row().meta.set == Some(SetOperation::Subtraction));
+            if op.row().facts.set == Some(SetOperation::Subtraction));
         // Of a cutter, the outer values have an effect.
         let count = if is_subtraction { 1 } else { usize::MAX };
         for child in children_mut(kind).iter_mut().take(count) {

@@ -128,7 +128,7 @@ impl<'a> Elaborator<'a> {
                 // A number that is not an integer by type requires its value.
                 let names = self.demand(number.id, &Demand::new("a whole number", span))?;
                 (names.fract() == 0.0)
-                    .then(|| Value::Number(ScalarValue::int(self.graph.constant(names))))
+                    .then(|| Value::Number(ScalarValue::int(self.expressions.constant(names))))
             }
             (AnnotatedType::Length, Value::Number(number)) => match number.quantity {
                 Quantity::Plain | Quantity::Length(1) => Some(Value::Number(ScalarValue {
@@ -176,10 +176,10 @@ impl<'a> Elaborator<'a> {
                 let Some(id) = self.shape(value, span) else {
                     return Some(Value::Poison);
                 };
-                let plane = self.shapes[id.0 as usize].plane;
+                let is_2d = self.shapes[id.0 as usize].is_2d;
                 let fits = match ty {
-                    AnnotatedType::Shape2 => plane || self.is_nothing(id),
-                    AnnotatedType::Shape3 => !plane,
+                    AnnotatedType::Shape2 => is_2d || self.is_nothing(id),
+                    AnnotatedType::Shape3 => !is_2d,
                     _ => true,
                 };
                 fits.then_some(Value::Shape(id))

@@ -35,11 +35,11 @@ pub(crate) enum ExpectedKind {
 
 impl ExpectedKind {
     /// Number of components, 0 for kinds that are not numbers. For a 2-D shape, vectors have two.
-    pub(crate) fn width(self, flat: bool) -> usize {
+    pub(crate) fn width(self, is_2d: bool) -> usize {
         match self {
-            ExpectedKind::Row(kind) if kind.width() == 3 && flat => 2,
+            ExpectedKind::Row(kind) if kind.width() == 3 && is_2d => 2,
             ExpectedKind::Row(kind) => kind.width(),
-            ExpectedKind::Factors if flat => 2,
+            ExpectedKind::Factors if is_2d => 2,
             ExpectedKind::Factors => 3,
             ExpectedKind::Shape
             | ExpectedKind::Shape2
@@ -208,7 +208,7 @@ impl ArgError {
 pub(crate) fn match_args(
     params: &[ParamSpec],
     args: &[PassedArg<'_>],
-    flat: bool,
+    is_2d: bool,
 ) -> Result<Vec<ArgSlot>, ArgError> {
     let mut slots = vec![ArgSlot::Default; params.len()];
     let mut next = 0;
@@ -217,7 +217,7 @@ pub(crate) fn match_args(
         let Some(param) = params.get(next) else {
             return Err(ArgError::TooMany { arg: index });
         };
-        let width = param.kind.width(flat);
+        let width = param.kind.width(is_2d);
         let mut used = 1;
         slots[next] = ArgSlot::Single(index);
         if width > 1 && is_number(&args[index].value) {
@@ -301,11 +301,11 @@ fn radius_name(name: &str) -> Option<String> {
 pub(crate) fn choose_variant<'v>(
     variants: impl Iterator<Item = &'v [ParamSpec]>,
     args: &[PassedArg<'_>],
-    flat: bool,
+    is_2d: bool,
 ) -> Result<(usize, Vec<ArgSlot>), (usize, ArgError)> {
     let mut nearest: Option<(usize, ArgError)> = None;
     for (index, params) in variants.enumerate() {
-        match match_args(params, args, flat) {
+        match match_args(params, args, is_2d) {
             Ok(slots) => return Ok((index, slots)),
             Err(error)
                 if nearest
@@ -325,7 +325,7 @@ pub(crate) fn mismatch_diagnostic(
     lists: &[&[ParamSpec]],
     best_variant: usize,
     error: ArgError,
-    flat: bool,
+    is_2d: bool,
     describe: impl Fn(&Value<'_>) -> String,
 ) -> Diagnostic {
     let name = call.name;
@@ -387,7 +387,7 @@ pub(crate) fn mismatch_diagnostic(
             let diagnostic = wrong_type(
                 call,
                 param.name,
-                kind_noun(param.kind, flat),
+                kind_noun(param.kind, is_2d),
                 &describe(&call.args[arg].value),
                 call.args[arg].span,
             );
@@ -403,7 +403,7 @@ pub(crate) fn mismatch_diagnostic(
         } => {
             let next = params.get(param + 1);
             let param = &params[param];
-            let width = param.kind.width(flat);
+            let width = param.kind.width(is_2d);
             let second = call.args[arg + numbers - 1].span;
             let span = call.args[arg].span.to(second);
             let one_number = if param.kind.accepts_scalar() {
@@ -483,7 +483,7 @@ pub(crate) fn signature(params: &[ParamSpec]) -> String {
 }
 
 /// The kind in words, with its article.
-pub(crate) fn kind_noun(kind: ExpectedKind, flat: bool) -> &'static str {
+pub(crate) fn kind_noun(kind: ExpectedKind, is_2d: bool) -> &'static str {
     use ArgumentKind as A;
     match kind {
         ExpectedKind::Row(A::Radius | A::RadiusOrZero) => "a radius",
@@ -493,7 +493,7 @@ pub(crate) fn kind_noun(kind: ExpectedKind, flat: bool) -> &'static str {
         ExpectedKind::Row(A::Lengths3) => "a number or a vector of lengths",
         ExpectedKind::Row(A::Counts3) => "a count or a vector of counts",
         ExpectedKind::Row(A::Vec2) => "a vec2",
-        ExpectedKind::Row(A::Vec3) if flat => "a vec2",
+        ExpectedKind::Row(A::Vec3) if is_2d => "a vec2",
         ExpectedKind::Row(A::Vec3) => "a vec3",
         ExpectedKind::Row(A::Direction) => "a direction",
         ExpectedKind::Row(A::Angle) => "an angle",

@@ -37,9 +37,9 @@ impl<'a> Elaborator<'a> {
             self.cameras.push(camera);
         }
         self.remove_unreachable();
-        let plane = self.root.is_some_and(|id| self.shapes[id.0 as usize].plane);
+        let is_2d = self.root.is_some_and(|id| self.shapes[id.0 as usize].is_2d);
         let scene = Scene {
-            expressions: self.graph,
+            expressions: self.expressions,
             params: self.params,
             shapes: self.shapes,
             root: self.root,
@@ -51,7 +51,7 @@ impl<'a> Elaborator<'a> {
             render,
             animation: self.animation,
             checks: self.checks,
-            plane,
+            is_2d,
             z_up: self.z_up,
             printed: self.printed,
         };
@@ -63,8 +63,8 @@ impl<'a> Elaborator<'a> {
     fn apply_only_and_ghosts(&mut self) {
         let Some(mut root) = self.root else { return };
         let span = self.shapes[root.0 as usize].span;
-        let plane = self.shapes[root.0 as usize].plane;
-        let fits = |e: &Self, id: &ShapeId| e.shapes[id.0 as usize].plane == plane;
+        let is_2d = self.shapes[root.0 as usize].is_2d;
+        let fits = |e: &Self, id: &ShapeId| e.shapes[id.0 as usize].is_2d == is_2d;
         let only: Vec<ShapeId> = self
             .only
             .iter()
@@ -93,8 +93,8 @@ impl<'a> Elaborator<'a> {
             });
             let mut shapes = vec![root];
             for child in ghosts {
-                let plane = self.shapes[child.0 as usize].plane;
-                shapes.push(self.add(ShapeKind::Painted { child, material }, plane, span));
+                let is_2d = self.shapes[child.0 as usize].is_2d;
+                shapes.push(self.add(ShapeKind::Painted { child, material }, is_2d, span));
             }
             if let Some(combined) = self.combine(Op::Union, Vec::new(), shapes, span) {
                 root = combined;

@@ -213,7 +213,7 @@ impl<'a> Elaborator<'a> {
         };
         let ids = [numbers[0].id, numbers[1].id, numbers[2].id];
         for (id, number) in ids.iter().zip(numbers).take(form.len()) {
-            let stage = self.graph.stage(*id);
+            let stage = self.expressions.stage(*id);
             if stage > requirement.max_stage {
                 self.report_too_late(requirement.subject, stage, span);
                 return Ok(None);

@@ -15,7 +15,7 @@ use super::numbers::{Form, components};
 use super::value::{EvalResult, List, Quantity, ScalarValue, Value};
 use crate::expression::{ExprId, Stage};
 use crate::scene::{MaterialId, ShapeId};
-use crate::symbolic::{Symbolic, with_graph};
+use crate::symbolic::{Symbolic, with_expressions};
 use sdfc_lang::{Diagnostic, Span, codes};
 use sdfc_vm::real::{Real, lit};
 use sdfc_vm::row::ArgumentKind as A;
@@ -46,7 +46,7 @@ pub(crate) struct BoundArgs<'a> {
     /// Span of the entire call.
     pub(crate) span: Span,
     /// True if the first argument is a 2-D shape.
-    pub(crate) flat: bool,
+    pub(crate) is_2d: bool,
     /// Arguments, one per parameter.
     pub(crate) arguments: Vec<BoundArg<'a>>,
 }
@@ -90,33 +90,33 @@ impl<'a> BoundArgs<'a> {
 }
 
 /// Implementation of a function whose arguments are converted to its parameters first.
-pub(crate) type RunFixed = for<'a> fn(&mut Elaborator<'a>, BoundArgs<'a>) -> EvalResult<'a>;
+pub(crate) type TypedBuiltinFn = for<'a> fn(&mut Elaborator<'a>, BoundArgs<'a>) -> EvalResult<'a>;
 
 impl<'a> Elaborator<'a> {
     /// Calls a built-in function whose arguments are converted to its parameters.
-    pub(crate) fn call_fixed(
+    pub(crate) fn call_typed(
         &mut self,
         params: &'static [ParamSpec],
-        run: RunFixed,
+        run: TypedBuiltinFn,
         call: Invocation<'a>,
     ) -> EvalResult<'a> {
-        let flat = self.is_flat(&call);
-        match arguments::match_args(params, &call.args, flat) {
-            Ok(slots) => match self.convert_arguments(&call, params, &slots, flat) {
+        let is_2d = self.is_2d_call(&call);
+        match arguments::match_args(params, &call.args, is_2d) {
+            Ok(slots) => match self.convert_arguments(&call, params, &slots, is_2d) {
                 Some(bound) => run(self, bound),
                 None => Ok(Value::Poison),
             },
             Err(error) => {
-                self.report_mismatch(&call, &[params], 0, error, flat);
+                self.report_mismatch(&call, &[params], 0, error, is_2d);
                 Ok(Value::Poison)
             }
         }
     }
 
     /// Reports whether the first argument is a 2-D shape, so that vectors have two components.
-    pub(crate) fn is_flat(&self, call: &Invocation<'a>) -> bool {
+    pub(crate) fn is_2d_call(&self, call: &Invocation<'a>) -> bool {
         let is_2d = |value: &Value<'a>| match value {
-            Value::Shape(id) => self.shapes[id.0 as usize].plane,
+            Value::Shape(id) => self.shapes[id.0 as usize].is_2d,
             _ => false,
         };
         match call.args.first().map(|arg| &arg.value) {
@@ -133,11 +133,11 @@ impl<'a> Elaborator<'a> {
         lists: &[&[ParamSpec]],
         best_variant: usize,
         error: arguments::ArgError,
-        flat: bool,
+        is_2d: bool,
     ) {
         let describe = |value: &Value<'_>| self.describe(value);
         let diagnostic =
-            arguments::mismatch_diagnostic(call, lists, best_variant, error, flat, describe);
+            arguments::mismatch_diagnostic(call, lists, best_variant, error, is_2d, describe);
         self.report(diagnostic);
     }
 
@@ -148,12 +148,12 @@ impl<'a> Elaborator<'a> {
         call: &Invocation<'a>,
         params: &[ParamSpec],
         slots: &[ArgSlot],
-        flat: bool,
+        is_2d: bool,
     ) -> Option<BoundArgs<'a>> {
         let mut arguments = Vec::with_capacity(params.len());
         let mut all_converted = true;
         for (param, slot) in params.iter().zip(slots) {
-            match self.convert_argument(call, param, *slot, flat) {
+            match self.convert_argument(call, param, *slot, is_2d) {
                 Some(argument) => arguments.push(argument),
                 None => all_converted = false,
             }
@@ -162,7 +162,7 @@ impl<'a> Elaborator<'a> {
             name: call.name,
             name_span: call.name_span,
             span: call.span,
-            flat,
+            is_2d,
             arguments,
         })
     }
@@ -172,9 +172,9 @@ impl<'a> Elaborator<'a> {
         call: &Invocation<'a>,
         param: &ParamSpec,
         slot: ArgSlot,
-        flat: bool,
+        is_2d: bool,
     ) -> Option<BoundArg<'a>> {
-        let args = &call.args[arg_indices(slot, param.kind.width(flat))];
+        let args = &call.args[arg_indices(slot, param.kind.width(is_2d))];
         let span = match args {
             [] => call.name_span,
             [first, ..] => args.iter().fold(first.span, |span, g| span.to(g.span)),
@@ -187,21 +187,24 @@ impl<'a> Elaborator<'a> {
         };
         let Some(first) = args.first() else {
             let default = param.default.unwrap_or_default();
-            argument.numbers = default.iter().map(|v| self.graph.constant(*v)).collect();
+            argument.numbers = default
+                .iter()
+                .map(|v| self.expressions.constant(*v))
+                .collect();
             return Some(argument);
         };
         match param.kind {
             ExpectedKind::Row(_) | ExpectedKind::Factors => {
-                let numbers = self.argument_numbers(call, param, slot, flat)?;
-                argument.numbers = self.check_numbers(call, param, numbers, slot, span, flat)?;
+                let numbers = self.argument_numbers(call, param, slot, is_2d)?;
+                argument.numbers = self.check_numbers(call, param, numbers, slot, span, is_2d)?;
             }
             ExpectedKind::Shape => argument.value = Value::Shape(self.shape(&first.value, span)?),
             ExpectedKind::Shape2 | ExpectedKind::Shape3 => {
                 let id = self.shape(&first.value, span)?;
-                let plane = self.shapes[id.0 as usize].plane;
-                if plane != (param.kind == ExpectedKind::Shape2) && !self.is_nothing(id) {
-                    let got = if plane { "a 2D shape" } else { "a 3D shape" };
-                    let noun = kind_noun(param.kind, flat);
+                let is_2d = self.shapes[id.0 as usize].is_2d;
+                if is_2d != (param.kind == ExpectedKind::Shape2) && !self.is_nothing(id) {
+                    let got = if is_2d { "a 2D shape" } else { "a 3D shape" };
+                    let noun = kind_noun(param.kind, is_2d);
                     self.report(wrong_type(call, param.name, noun, got, span));
                     return None;
                 }
@@ -211,20 +214,20 @@ impl<'a> Elaborator<'a> {
                 function @ (Value::Function(_) | Value::Builtin(_)) => {
                     argument.value = function.clone();
                 }
-                other => return self.report_wrong_argument(call, param, other, span, flat),
+                other => return self.report_wrong_argument(call, param, other, span, is_2d),
             },
             ExpectedKind::Material => match &first.value {
                 Value::Material(_) => argument.value = first.value.clone(),
                 other => match self.as_color(other) {
                     Some(color) => argument.value = Value::Material(self.plain_material(color)),
-                    None => return self.report_wrong_argument(call, param, other, span, flat),
+                    None => return self.report_wrong_argument(call, param, other, span, is_2d),
                 },
             },
             ExpectedKind::List => match &first.value {
                 Value::List(_) | Value::Range(_) | Value::Vector(_) => {
                     argument.value = first.value.clone();
                 }
-                other => return self.report_wrong_argument(call, param, other, span, flat),
+                other => return self.report_wrong_argument(call, param, other, span, is_2d),
             },
             ExpectedKind::Any => argument.value = first.value.clone(),
         }
@@ -237,10 +240,10 @@ impl<'a> Elaborator<'a> {
         param: &ParamSpec,
         value: &Value<'a>,
         span: Span,
-        flat: bool,
+        is_2d: bool,
     ) -> Option<BoundArg<'a>> {
         let got = self.describe(value);
-        let noun = kind_noun(param.kind, flat);
+        let noun = kind_noun(param.kind, is_2d);
         self.report(wrong_type(call, param.name, noun, &got, span));
         None
     }
@@ -251,9 +254,9 @@ impl<'a> Elaborator<'a> {
         call: &Invocation<'a>,
         param: &ParamSpec,
         slot: ArgSlot,
-        flat: bool,
+        is_2d: bool,
     ) -> Option<Vec<ScalarValue>> {
-        let width = param.kind.width(flat);
+        let width = param.kind.width(is_2d);
         let args = &call.args[arg_indices(slot, width)];
         if let ArgSlot::Components(_) = slot {
             return Some(args.iter().filter_map(|g| g.value.as_number()).collect());
@@ -266,11 +269,11 @@ impl<'a> Elaborator<'a> {
             }
             Some((Form::Vector(len), numbers)) if len == width => Some(numbers[..len].to_vec()),
             // A 3-vector whose third component has no effect on a 2-D shape.
-            Some((Form::Vector(3), numbers)) if flat && width == 2 => Some(numbers[..2].to_vec()),
+            Some((Form::Vector(3), numbers)) if is_2d && width == 2 => Some(numbers[..2].to_vec()),
             _ => None,
         };
         if numbers.is_none() {
-            self.report_wrong_argument(call, param, value, args[0].span, flat);
+            self.report_wrong_argument(call, param, value, args[0].span, is_2d);
         }
         numbers
     }
@@ -283,7 +286,7 @@ impl<'a> Elaborator<'a> {
         mut numbers: Vec<ScalarValue>,
         slot: ArgSlot,
         span: Span,
-        flat: bool,
+        is_2d: bool,
     ) -> Option<Vec<ExprId>> {
         let what = format!("`{}` of `{}`", param.name, call.name);
         let arg_span = span;
@@ -295,7 +298,7 @@ impl<'a> Elaborator<'a> {
         for (index, number) in numbers.iter().enumerate() {
             let span = span_at(index);
             self.check_quantity(call, param, *number, span)?;
-            let stage = self.graph.stage(number.id);
+            let stage = self.expressions.stage(number.id);
             if stage > Stage::Uniform {
                 self.report_too_late(&what, stage, span);
                 return None;
@@ -303,7 +306,7 @@ impl<'a> Elaborator<'a> {
             self.check_magnitude(&what, number.id, span)?;
         }
         if let ArgSlot::Diameter(_) = slot {
-            let half = self.graph.constant(0.5);
+            let half = self.expressions.constant(0.5);
             for number in &mut numbers {
                 number.id = self.op(sdfc_vm::table::Op::Mul, &[number.id, half]);
             }
@@ -341,12 +344,12 @@ impl<'a> Elaborator<'a> {
             | ExpectedKind::Any => {}
         }
         let full = param.kind.width(false);
-        if flat && ids.len() < full {
+        if is_2d && ids.len() < full {
             let neutral = match param.kind {
                 ExpectedKind::Row(A::Counts3 | A::Size3 | A::Radii3) | ExpectedKind::Factors => 1.0,
                 _ => 0.0,
             };
-            ids.resize(full, self.graph.constant(neutral));
+            ids.resize(full, self.expressions.constant(neutral));
         }
         Some(ids)
     }
@@ -470,7 +473,7 @@ impl<'a> Elaborator<'a> {
             self.report(Diagnostic::error(codes::E0401, span, message));
             return None;
         }
-        Some(self.graph.constant(value))
+        Some(self.expressions.constant(value))
     }
 
     /// Normalizes a direction to length 1.
@@ -480,7 +483,7 @@ impl<'a> Elaborator<'a> {
         ids: &[ExprId],
         span: Span,
     ) -> Option<Vec<ExprId>> {
-        let squared = with_graph(&mut self.graph, || {
+        let squared = with_expressions(&mut self.expressions, || {
             ids.iter()
                 .fold(lit::<Symbolic>(0.0), |sum, &id| sum + Symbolic(id).square())
                 .0
@@ -493,10 +496,10 @@ impl<'a> Elaborator<'a> {
         if !self.check(squared, true, span, message, &violation) {
             return None;
         }
-        if self.graph.as_constant(squared) == Some(1.0) {
+        if self.expressions.as_constant(squared) == Some(1.0) {
             return Some(ids.to_vec());
         }
-        Some(with_graph(&mut self.graph, || {
+        Some(with_expressions(&mut self.expressions, || {
             let length = Symbolic(squared).sqrt();
             ids.iter().map(|&id| (Symbolic(id) / length).0).collect()
         }))

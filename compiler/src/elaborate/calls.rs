@@ -7,7 +7,7 @@ use super::arguments::{self, Invocation, ParamSpec, PassedArg, WORD_ARGUMENTS, c
 use super::diagnose::{self, nearest};
 use super::value::{Abort, Closure, Env, EvalResult, Value};
 use super::vocabulary::{self, BuiltinFunction};
-use super::{Active, Elaborator};
+use super::{CallFrame, Elaborator};
 use sdfc_lang::ast::{Arg, Args, Call, Ident, Suffix};
 use sdfc_lang::{Diagnostic, Span, codes};
 use std::rc::Rc;
@@ -182,7 +182,7 @@ impl<'a> Elaborator<'a> {
             self.report(diagnostic);
             return Err(Abort);
         }
-        self.calls.push(Active {
+        self.calls.push(CallFrame {
             site: call.span,
             name: call.name,
             body: closure.body.span,
@@ -282,22 +282,22 @@ impl<'a> Elaborator<'a> {
             return Ok(Value::Poison);
         }
         match function {
-            BuiltinFunction::Free { run, .. } => run(self, call),
-            BuiltinFunction::Fixed { params, run } => self.call_fixed(params, *run, call),
+            BuiltinFunction::Untyped { run, .. } => run(self, call),
+            BuiltinFunction::Typed { params, run } => self.call_typed(params, *run, call),
             BuiltinFunction::Rows(variants) => {
-                let flat = self.is_flat(&call);
+                let is_2d = self.is_2d_call(&call);
                 let lists: Vec<&[ParamSpec]> =
                     variants.iter().map(|v| v.params.as_slice()).collect();
-                match arguments::choose_variant(lists.iter().copied(), &call.args, flat) {
+                match arguments::choose_variant(lists.iter().copied(), &call.args, is_2d) {
                     Ok((index, slots)) => {
-                        let bound = self.convert_arguments(&call, lists[index], &slots, flat);
+                        let bound = self.convert_arguments(&call, lists[index], &slots, is_2d);
                         Ok(match bound {
                             Some(bound) => self.row(variants[index].op, &bound),
                             None => Value::Poison,
                         })
                     }
                     Err((index, error)) => {
-                        self.report_mismatch(&call, &lists, index, error, flat);
+                        self.report_mismatch(&call, &lists, index, error, is_2d);
                         Ok(Value::Poison)
                     }
                 }

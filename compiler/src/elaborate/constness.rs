@@ -27,18 +27,19 @@ impl<'d> Demand<'d> {
 impl<'a> Elaborator<'a> {
     /// Value of a number at the current parameters and time.
     pub(crate) fn current_value(&mut self, id: ExprId) -> f64 {
-        match self.graph.as_constant(id) {
+        match self.expressions.as_constant(id) {
             Some(value) => value,
-            None => self
-                .uniform_values
-                .value(&self.graph, &self.params, self.options.time, id),
+            None => {
+                self.uniform_values
+                    .value(&self.expressions, &self.params, self.options.time, id)
+            }
         }
     }
 
     /// Returns the value of a number that is required at compile time. Parameters that it depends
     /// on become structural. Dependence on the time, the point or the normal is an error.
     pub(crate) fn demand(&mut self, id: ExprId, demand: &Demand<'_>) -> Option<f64> {
-        if let Some(value) = self.graph.as_constant(id) {
+        if let Some(value) = self.expressions.as_constant(id) {
             return Some(value);
         }
         let sources = self.leaf_dependencies(id);
@@ -75,7 +76,7 @@ impl<'a> Elaborator<'a> {
             if !visited.insert(id) {
                 continue;
             }
-            match self.graph.get(id) {
+            match self.expressions.get(id) {
                 Expression::Apply {
                     point,
                     values,
@@ -110,7 +111,7 @@ impl<'a> Elaborator<'a> {
             self.report(message(current));
             return false;
         }
-        if self.graph.stage(value) == Stage::Constant {
+        if self.expressions.stage(value) == Stage::Constant {
             if !holds {
                 self.report(message(current));
             }
@@ -119,10 +120,11 @@ impl<'a> Elaborator<'a> {
         // Inside a branch on parameters, the check applies only while the branch is taken.
         let mut value = value;
         for guard in self.path_conditions.clone() {
-            let one = self.graph.constant(1.0);
-            value = self.graph.call(Op::Select, &[guard, value, one]);
+            let one = self.expressions.constant(1.0);
+            value = self.expressions.call(Op::Select, &[guard, value, one]);
         }
-        if self.graph.stage(value) == Stage::Uniform && self.emitted_checks.insert((value, strict))
+        if self.expressions.stage(value) == Stage::Uniform
+            && self.emitted_checks.insert((value, strict))
         {
             let message = violation.to_owned();
             self.checks.push(SceneCheck {

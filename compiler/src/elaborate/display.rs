@@ -106,7 +106,7 @@ impl<'a> Elaborator<'a> {
             }
             Value::List(list) => format!("a list of {}", list.len()),
             Value::Range(_) => "a range".to_owned(),
-            Value::Shape(id) if self.shapes[id.0 as usize].plane => "a 2D shape".to_owned(),
+            Value::Shape(id) if self.shapes[id.0 as usize].is_2d => "a 2D shape".to_owned(),
             Value::Shape(_) => "a 3D shape".to_owned(),
             Value::Material(_) => "a material".to_owned(),
             Value::Record(record) => format!("the record `{}`", record.name),

@@ -60,7 +60,7 @@ impl<'a> Elaborator<'a> {
             return None;
         }
         let element = |i: u32| {
-            let id = self.graph.constant(start + f64::from(i));
+            let id = self.expressions.constant(start + f64::from(i));
             Value::Number(ScalarValue {
                 id,
                 quantity: range.start.quantity,

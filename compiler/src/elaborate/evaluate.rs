@@ -1,9 +1,8 @@
 //! Evaluation of expressions.
 //!
-//! Evaluation is plain recursion over the tree. It is bounded by a budget of steps, by the depth of
-//! calls and by the depth of nested expressions; exceeding a bound ends the run with a message and
-//! an [`Abort`]. Any other mistake is reported and results in a [`Value::Poison`], which suppresses
-//! follow-up errors.
+//! Evaluation is plain recursion over the tree. It is bounded by a budget of steps, by the depth of calls and
+//! by the depth of nested expressions. Exceeding a bound ends the run with a message and an [`Abort`]. Any
+//! other mistake is reported and results in a [`Value::Poison`], which suppresses follow-up errors.
 
 use super::constness::Demand;
 use super::diagnose::unknown_name;
@@ -97,7 +96,7 @@ impl<'a> Elaborator<'a> {
     /// Charges one step to the budget.
     pub(crate) fn charge_step(&mut self, span: Span) -> Result<(), Abort> {
         self.steps += 1;
-        if self.steps > MAX_STEPS || self.graph.len() > MAX_NUMBERS {
+        if self.steps > MAX_STEPS || self.expressions.len() > MAX_NUMBERS {
             let message = match self.steps > MAX_STEPS {
                 true => format!("the scene takes more than {MAX_STEPS} steps to build"),
                 false => format!("the scene computes more than {MAX_NUMBERS} different numbers"),
@@ -175,7 +174,7 @@ impl<'a> Elaborator<'a> {
         };
         let is_integer = matches!(value, NumberValue::Int(_)) && unit == Unit::None;
         ScalarValue {
-            id: self.graph.constant(amount),
+            id: self.expressions.constant(amount),
             quantity,
             is_integer,
         }
@@ -225,18 +224,18 @@ impl<'a> Elaborator<'a> {
     /// The constants of the language.
     fn language_constant(&mut self, name: &str) -> Option<Value<'a>> {
         use std::f64::consts;
-        let axis = |graph: &mut crate::expression::Expressions, unit_axis: usize| {
+        let axis = |expressions: &mut crate::expression::Expressions, unit_axis: usize| {
             let component =
-                |i| ScalarValue::int(graph.constant(if i == unit_axis { 1.0 } else { 0.0 }));
+                |i| ScalarValue::int(expressions.constant(if i == unit_axis { 1.0 } else { 0.0 }));
             Value::Vector(Vector::from_array([0, 1, 2].map(component)))
         };
         Some(match name {
-            "X" => axis(&mut self.graph, 0),
-            "Y" => axis(&mut self.graph, 1),
-            "Z" => axis(&mut self.graph, 2),
-            "pi" => Value::Number(ScalarValue::plain(self.graph.constant(consts::PI))),
-            "tau" => Value::Number(ScalarValue::plain(self.graph.constant(consts::TAU))),
-            "time" => Value::Number(ScalarValue::new(self.graph.time(), Quantity::Time)),
+            "X" => axis(&mut self.expressions, 0),
+            "Y" => axis(&mut self.expressions, 1),
+            "Z" => axis(&mut self.expressions, 2),
+            "pi" => Value::Number(ScalarValue::plain(self.expressions.constant(consts::PI))),
+            "tau" => Value::Number(ScalarValue::plain(self.expressions.constant(consts::TAU))),
+            "time" => Value::Number(ScalarValue::new(self.expressions.time(), Quantity::Time)),
             _ => return None,
         })
     }
@@ -429,18 +428,18 @@ impl<'a> Elaborator<'a> {
             } else {
                 1.0
             };
-            if self.graph.as_constant(value) == Some(decides) {
+            if self.expressions.as_constant(value) == Some(decides) {
                 return Ok(Value::Bool(value));
             }
             let operand = self.eval(env, &link.operand)?;
             let Some(operand) = self.condition(operand, link.operand.span) else {
                 return Ok(Value::Poison);
             };
-            let is_known = self.graph.stage(value) == Stage::Constant;
+            let is_known = self.expressions.stage(value) == Stage::Constant;
             value = match link.op {
                 _ if is_known => operand,
-                BinaryOp::LogicalAnd => self.graph.call(Op::And, &[value, operand]),
-                _ => self.graph.call(Op::Or, &[value, operand]),
+                BinaryOp::LogicalAnd => self.expressions.call(Op::And, &[value, operand]),
+                _ => self.expressions.call(Op::Or, &[value, operand]),
             };
         }
         Ok(Value::Bool(value))
@@ -488,7 +487,8 @@ impl<'a> Elaborator<'a> {
                 return Ok(Value::Poison);
             };
             // A recursion whose end depends on a parameter requires the value of that parameter.
-            let recursive = self.is_recursive() && self.graph.stage(condition) == Stage::Uniform;
+            let recursive =
+                self.is_recursive() && self.expressions.stage(condition) == Stage::Uniform;
             let constant = match recursive {
                 true => {
                     let demand = Demand::new("the condition of a recursion", arm.condition.span);
@@ -497,7 +497,7 @@ impl<'a> Elaborator<'a> {
                         None => return Ok(Value::Poison),
                     }
                 }
-                false => self.graph.as_constant(condition),
+                false => self.expressions.as_constant(condition),
             };
             match constant {
                 Some(value) if value != 0.0 => return self.body(env, &arm.body),
@@ -523,7 +523,7 @@ impl<'a> Elaborator<'a> {
         self.path_conditions.push(condition);
         let then = self.body(env, &arm.body)?;
         self.path_conditions.pop();
-        let inverse = self.graph.call(Op::Not, &[condition]);
+        let inverse = self.expressions.call(Op::Not, &[condition]);
         self.path_conditions.push(inverse);
         let otherwise = self.if_arms(env, branch, arm_index + 1, span)?;
         self.path_conditions.pop();

@@ -175,8 +175,8 @@ impl<'a> Elaborator<'a> {
         }
         let shapes: Vec<_> = self.parts.iter().map(|(_, id)| *id).collect();
         let one_kind = shapes.windows(2).all(|pair| {
-            let plane = |id: crate::scene::ShapeId| self.shapes[id.0 as usize].plane;
-            plane(pair[0]) == plane(pair[1])
+            let is_2d = |id: crate::scene::ShapeId| self.shapes[id.0 as usize].is_2d;
+            is_2d(pair[0]) == is_2d(pair[1])
         });
         if let (Some(&first), true) = (shapes.first(), one_kind) {
             let span = self.shapes[first.0 as usize].span;

@@ -19,8 +19,8 @@ const STANDARD_LIBRARY: [(&str, &str); 2] = [
 
 /// Source of the texts of imported files.
 pub trait Loader: Sync {
-    /// Returns the text of a file, by its path relative to the folder of the scene, with `/`
-    /// between folders; or a short reason for which it cannot be read.
+    /// Returns the text of a file, or a short reason for which it cannot be read. The path is relative to the
+    /// folder of the scene, with `/` between folders.
     fn load(&self, path: &str) -> Result<String, String>;
 }
 

@@ -93,12 +93,12 @@ pub(crate) type OperatorSpans = (Span, Span, Span);
 impl<'a> Elaborator<'a> {
     /// A truth value as 1 or 0.
     pub(crate) fn truth(&mut self, truth: bool) -> ExprId {
-        self.graph.constant(if truth { 1.0 } else { 0.0 })
+        self.expressions.constant(if truth { 1.0 } else { 0.0 })
     }
 
     /// Applies an operation to numbers; neutral operands are left out.
     pub(crate) fn op(&mut self, op: Op, values: &[ExprId]) -> ExprId {
-        simplified(&mut self.graph, op, values)
+        simplified(&mut self.expressions, op, values)
     }
 
     /// Evaluates a binary operator other than those of shapes.
@@ -167,7 +167,8 @@ impl<'a> Elaborator<'a> {
         spans: OperatorSpans,
     ) -> Option<ScalarValue> {
         let (left, sign, right) = spans;
-        if matches!(op, BinaryOp::Div | BinaryOp::Rem) && self.graph.as_constant(b.id) == Some(0.0)
+        if matches!(op, BinaryOp::Div | BinaryOp::Rem)
+            && self.expressions.as_constant(b.id) == Some(0.0)
         {
             let diagnostic = Diagnostic::error(codes::E0402, right, "this divides by zero")
                 .primary("it is zero");
@@ -202,7 +203,7 @@ impl<'a> Elaborator<'a> {
 
     /// Reports a constant that is not finite.
     pub(crate) fn require_finite(&mut self, id: ExprId, span: Span) -> Option<ExprId> {
-        match self.graph.as_constant(id) {
+        match self.expressions.as_constant(id) {
             Some(value) if !value.is_finite() => {
                 let what = if value.is_nan() {
                     "not a number"
@@ -330,7 +331,7 @@ impl<'a> Elaborator<'a> {
     ) -> Option<Value<'a>> {
         if let (Value::Bool(a), Value::Bool(b)) = (then, otherwise) {
             return Some(Value::Bool(
-                self.graph.call(Op::Select, &[condition, *a, *b]),
+                self.expressions.call(Op::Select, &[condition, *a, *b]),
             ));
         }
         let ((left, a), (right, b)) = (components(then)?, components(otherwise)?);
@@ -340,7 +341,9 @@ impl<'a> Elaborator<'a> {
             let quantity = a[i].quantity.sum(b[i].quantity)?;
             let id = match a[i].id == b[i].id {
                 true => a[i].id,
-                false => self.graph.call(Op::Select, &[condition, a[i].id, b[i].id]),
+                false => self
+                    .expressions
+                    .call(Op::Select, &[condition, a[i].id, b[i].id]),
             };
             numbers[i] = ScalarValue {
                 id,
@@ -353,12 +356,12 @@ impl<'a> Elaborator<'a> {
 
     /// Converts an sRGB colour to linear numbers.
     pub(crate) fn srgb(&mut self, [r, g, b, _]: [u8; 4]) -> [ExprId; 3] {
-        [r, g, b].map(|byte| self.graph.constant(linear(f64::from(byte) / 255.0)))
+        [r, g, b].map(|byte| self.expressions.constant(linear(f64::from(byte) / 255.0)))
     }
 
     /// Reports whether a number does not depend on the point or the normal.
     pub(crate) fn is_uniform(&self, id: ExprId) -> bool {
-        self.graph.stage(id) <= Stage::Uniform
+        self.expressions.stage(id) <= Stage::Uniform
     }
 
     /// Reports a number that depends on the point or the normal where it may not.

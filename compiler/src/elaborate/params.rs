@@ -153,9 +153,9 @@ impl<'a> Elaborator<'a> {
         if let Some(value) = self.override_value(&declared)? {
             declared.value = value;
         }
-        let dots = self.params.len() as u32;
-        declared.structural = self.structural.contains(&dots);
-        let value = self.param_as_value(&declared, ParamId(dots));
+        let param_index = self.params.len() as u32;
+        declared.structural = self.structural.contains(&param_index);
+        let value = self.param_as_value(&declared, ParamId(param_index));
         self.params.push(declared);
         Ok(value)
     }
@@ -399,8 +399,8 @@ impl<'a> Elaborator<'a> {
     /// The value that represents a parameter in expressions.
     fn param_as_value(&mut self, param: &SceneParam, id: ParamId) -> Value<'a> {
         let component = |e: &mut Self, index: usize| match param.structural {
-            true => e.graph.constant(param.value[index]),
-            false => e.graph.param(id, index as u8),
+            true => e.expressions.constant(param.value[index]),
+            false => e.expressions.param(id, index as u8),
         };
         let quantity = match param.kind {
             ParamKind::Length => Quantity::Length(1),

@@ -33,12 +33,12 @@ fn entry(name: &str) -> Option<FunctionDoc> {
                 .first()
                 .map_or_else(String::new, |v| v.op.row().doc.trim().to_owned()),
         },
-        BuiltinFunction::Fixed { params, .. } => FunctionDoc {
+        BuiltinFunction::Typed { params, .. } => FunctionDoc {
             name,
             signatures: vec![signature(params)],
             doc: doc.unwrap_or_default(),
         },
-        BuiltinFunction::Free { .. } => {
+        BuiltinFunction::Untyped { .. } => {
             let row = MATH.iter().find(|row| row.name() == name);
             let (arguments, row_doc) = match row {
                 Some(row) => (row.arguments(), row.doc().to_owned()),

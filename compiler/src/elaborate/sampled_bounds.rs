@@ -112,7 +112,7 @@ impl<'a> Elaborator<'a> {
             if !visited.insert(id) {
                 continue;
             }
-            match self.graph.get(id) {
+            match self.expressions.get(id) {
                 Expression::Param(param, _) => _ = params.insert(*param),
                 Expression::Time => time = true,
                 Expression::Constant(_)

@@ -11,7 +11,7 @@ impl<'a> Elaborator<'a> {
     pub(crate) fn scene_ref(&self) -> SceneRef<'_> {
         SceneRef {
             shapes: &self.shapes,
-            expressions: &self.graph,
+            expressions: &self.expressions,
             params: &self.params,
             animation: self.animation,
         }
@@ -53,10 +53,10 @@ impl<'a> Elaborator<'a> {
 
     /// Bounds of a number of the point over a region.
     pub(crate) fn point_range(&mut self, id: ExprId, region: &Bounds) -> Interval {
-        let (graph, params, time) = (&self.graph, &self.params, self.options.time);
+        let (expressions, params, time) = (&self.expressions, &self.params, self.options.time);
         let present = &mut self.uniform_values;
-        let mut value = |id| present.value(graph, params, time, id);
-        crate::analysis::range::range(graph, id, region, &mut value)
+        let mut value = |id| present.value(expressions, params, time, id);
+        crate::analysis::range::range(expressions, id, region, &mut value)
     }
 }
 

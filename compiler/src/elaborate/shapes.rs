@@ -5,7 +5,7 @@ use super::value::{EvalResult, Value};
 use crate::expression::ExprId;
 use crate::scene::children;
 use crate::scene::{Material, MaterialId, Shape, ShapeId, ShapeKind};
-use crate::symbolic::{Symbolic, with_graph};
+use crate::symbolic::{Symbolic, with_expressions};
 use sdfc_lang::{Diagnostic, Span, codes};
 use sdfc_vm::bounds::Bounds;
 use sdfc_vm::table::{Op, prepare};
@@ -18,7 +18,7 @@ const MAX_OCCURRENCES: u32 = 1_000_000;
 
 impl<'a> Elaborator<'a> {
     /// Adds a shape.
-    pub(crate) fn add(&mut self, kind: ShapeKind, plane: bool, span: Span) -> ShapeId {
+    pub(crate) fn add(&mut self, kind: ShapeKind, is_2d: bool, span: Span) -> ShapeId {
         if self.point_function_depth > 0 {
             let message = "a shape cannot be made inside a function of the point";
             let help = "make it outside; `displace` and `warp` change a shape's field";
@@ -43,7 +43,7 @@ impl<'a> Elaborator<'a> {
         let id = ShapeId(self.shapes.len() as u32);
         self.shapes.push(Shape {
             kind,
-            plane,
+            is_2d,
             name: String::new(),
             span,
         });
@@ -59,7 +59,7 @@ impl<'a> Elaborator<'a> {
 
     /// Converts the arguments of an operation to its parameters.
     pub(crate) fn prepare_parameters(&mut self, op: Op, arguments: &[ExprId]) -> Vec<ExprId> {
-        with_graph(&mut self.graph, || {
+        with_expressions(&mut self.expressions, || {
             let arguments: Vec<Symbolic> = arguments.iter().map(|&id| Symbolic(id)).collect();
             prepare::<Symbolic>(op, &arguments)
                 .into_iter()
@@ -198,26 +198,26 @@ impl<'a> Elaborator<'a> {
             [only] => return Some(*only),
             _ => {}
         }
-        let plane = self.shapes[children[0].0 as usize].plane;
+        let is_2d = self.shapes[children[0].0 as usize].is_2d;
         let other = children
             .iter()
-            .find(|id| self.shapes[id.0 as usize].plane != plane);
+            .find(|id| self.shapes[id.0 as usize].is_2d != is_2d);
         if let Some(&other) = other {
-            let dimension = |plane: bool| if plane { "2D" } else { "3D" };
+            let dimension = |is_2d: bool| if is_2d { "2D" } else { "3D" };
             let (a, b) = (
                 &self.shapes[children[0].0 as usize],
                 &self.shapes[other.0 as usize],
             );
             let message = format!(
                 "a {} and a {} shape cannot be combined",
-                dimension(a.plane),
-                dimension(b.plane)
+                dimension(a.is_2d),
+                dimension(b.is_2d)
             );
             let mut diagnostic = Diagnostic::error(codes::E0304, span, message)
                 .help("`extrude` and `revolve` make a 3D shape of a 2D one");
             for shape in [a, b] {
                 if shape.span.file == span.file {
-                    let text = format!("this is {}", dimension(shape.plane));
+                    let text = format!("this is {}", dimension(shape.is_2d));
                     diagnostic = diagnostic.label(shape.span, text);
                 }
             }
@@ -231,7 +231,7 @@ impl<'a> Elaborator<'a> {
                 children,
                 parameters,
             },
-            plane,
+            is_2d,
             span,
         ))
     }

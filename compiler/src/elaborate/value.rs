@@ -90,7 +90,7 @@ impl Quantity {
 pub(crate) struct ScalarValue {
     /// Expression that defines it.
     pub(crate) id: ExprId,
-    /// Quantity.
+    /// Physical quantity, which decides where units are allowed.
     pub(crate) quantity: Quantity,
     /// True if it is known to be an integer.
     pub(crate) is_integer: bool,

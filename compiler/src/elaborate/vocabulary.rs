@@ -1,11 +1,10 @@
-//! Vocabulary of built-in functions: the operations of the table that have a name in the language,
-//! and functions that are not a single operation: transforms, set operations, fields, numbers,
-//! lists.
+//! Vocabulary of built-in functions. Some are operations of the table, which have a name in the language.
+//! Others are not a single operation: transforms, set operations, fields, numbers, lists.
 
 use super::Elaborator;
 use super::arguments::{ExpectedKind, Invocation, ParamSpec, optional, required};
 use super::blend_spec::SetOperator;
-use super::bound_args::RunFixed;
+use super::bound_args::TypedBuiltinFn;
 use super::builtins::math::{MATH, MathRow};
 use super::shapes::shape_value;
 use super::value::{EvalResult, Value};
@@ -14,22 +13,22 @@ use sdfc_vm::table::{Op, ROWS};
 use std::collections::HashMap;
 use std::sync::LazyLock;
 /// Implementation of a function that evaluates its arguments itself.
-type RunFree = for<'a> fn(&mut Elaborator<'a>, Invocation<'a>) -> EvalResult<'a>;
+type UntypedBuiltinFn = for<'a> fn(&mut Elaborator<'a>, Invocation<'a>) -> EvalResult<'a>;
 
 /// A built-in function.
 #[derive(Debug)]
 pub(crate) enum BuiltinFunction {
     /// A function with fixed parameters.
-    Fixed {
-        /// Parameters.
+    Typed {
+        /// Parameters, in the order of a call without names.
         params: &'static [ParamSpec],
-        /// Implementation.
-        run: RunFixed,
+        /// Function that is called with converted arguments.
+        run: TypedBuiltinFn,
     },
     /// A function that checks its arguments itself.
-    Free {
-        /// Implementation.
-        run: RunFree,
+    Untyped {
+        /// Function that is called with unconverted arguments.
+        run: UntypedBuiltinFn,
     },
     /// Operations of the table: the first variant that fits takes the call.
     Rows(Vec<Variant>),
@@ -38,9 +37,9 @@ pub(crate) enum BuiltinFunction {
 /// An operation of the table as a function.
 #[derive(Debug)]
 pub(crate) struct Variant {
-    /// Operation.
+    /// Operation of the table that a call creates.
     pub(crate) op: Op,
-    /// Parameters.
+    /// Parameters of a call that selects this row.
     pub(crate) params: Vec<ParamSpec>,
 }
 
@@ -52,7 +51,7 @@ const FUNCTION: ParamSpec = required("f", ExpectedKind::Function);
 const SEED: ParamSpec = optional("seed", ExpectedKind::Row(A::Number), &[0.0]);
 
 /// Functions with fixed parameters that are not a single operation.
-const FIXED_FUNCTIONS: &[(&str, &[ParamSpec], RunFixed)] = &[
+const TYPED_FUNCTIONS: &[(&str, &[ParamSpec], TypedBuiltinFn)] = &[
     (
         "translate",
         &[SHAPE, required("by", ExpectedKind::Row(A::Vec3))],
@@ -277,7 +276,7 @@ const OCTAVES: &[ParamSpec] = &[
 ];
 
 /// Functions that check their arguments themselves.
-const FREE_FUNCTIONS: &[(&str, RunFree)] = &[
+const UNTYPED_FUNCTIONS: &[(&str, UntypedBuiltinFn)] = &[
     ("union", |e, c| e.set_function(SetOperator::Union, c)),
     ("intersect", |e, c| {
         e.set_function(SetOperator::Intersection, c)
@@ -294,7 +293,7 @@ const FREE_FUNCTIONS: &[(&str, RunFree)] = &[
     ("length", |e, c| e.length(c)),
     ("distance", |e, c| {
         match c.args.first().map(|arg| &arg.value) {
-            Some(Value::Shape(_)) => e.call_fixed(NORMALIZED, |e, b| e.normalized(b), c),
+            Some(Value::Shape(_)) => e.call_typed(NORMALIZED, |e, b| e.normalized(b), c),
             _ => e.distance(c),
         }
     }),
@@ -309,7 +308,7 @@ const FREE_FUNCTIONS: &[(&str, RunFree)] = &[
     ("reflect", |e, c| {
         match c.args.first().map(|arg| &arg.value) {
             Some(Value::Vector(_)) => e.reflect_vector(c),
-            _ => e.call_fixed(REFLECT, |e, b| e.reflect(b), c),
+            _ => e.call_typed(REFLECT, |e, b| e.reflect(b), c),
         }
     }),
     ("vec2", |e, c| e.vector(2, c)),
@@ -328,7 +327,7 @@ const FREE_FUNCTIONS: &[(&str, RunFree)] = &[
 static FUNCTIONS: LazyLock<HashMap<&'static str, BuiltinFunction>> = LazyLock::new(|| {
     let mut functions: HashMap<&'static str, BuiltinFunction> = HashMap::new();
     for row in ROWS {
-        let Some(language) = &row.meta.language else {
+        let Some(language) = &row.facts.language else {
             continue;
         };
         let params = language.arguments.iter().map(|argument| ParamSpec {
@@ -336,7 +335,7 @@ static FUNCTIONS: LazyLock<HashMap<&'static str, BuiltinFunction>> = LazyLock::n
             kind: ExpectedKind::Row(argument.kind),
             default: argument.default,
         });
-        let object = match row.meta.category {
+        let object = match row.facts.category {
             Category::Shape3 | Category::Shape2 => None,
             Category::Dimension => Some(SHAPE_2D),
             Category::Distance | Category::Domain => Some(SHAPE),
@@ -351,17 +350,17 @@ static FUNCTIONS: LazyLock<HashMap<&'static str, BuiltinFunction>> = LazyLock::n
             .or_insert_with(|| BuiltinFunction::Rows(Vec::new()))
         {
             BuiltinFunction::Rows(variants) => variants.push(variant),
-            BuiltinFunction::Fixed { .. } | BuiltinFunction::Free { .. } => {}
+            BuiltinFunction::Typed { .. } | BuiltinFunction::Untyped { .. } => {}
         }
     }
-    for (name, params, run) in FIXED_FUNCTIONS {
-        functions.insert(name, BuiltinFunction::Fixed { params, run: *run });
+    for (name, params, run) in TYPED_FUNCTIONS {
+        functions.insert(name, BuiltinFunction::Typed { params, run: *run });
     }
-    for (name, run) in FREE_FUNCTIONS {
-        functions.insert(name, BuiltinFunction::Free { run: *run });
+    for (name, run) in UNTYPED_FUNCTIONS {
+        functions.insert(name, BuiltinFunction::Untyped { run: *run });
     }
     for row in MATH {
-        functions.insert(row.name(), BuiltinFunction::Free { run: math });
+        functions.insert(row.name(), BuiltinFunction::Untyped { run: math });
     }
     functions
 });
@@ -401,7 +400,7 @@ mod tests {
     #[test]
     fn every_word_of_the_table_is_a_function() {
         for row in ROWS {
-            if let Some(language) = &row.meta.language {
+            if let Some(language) = &row.facts.language {
                 assert!(
                     get(language.name).is_some(),
                     "{} is no function",
@@ -415,11 +414,11 @@ mod tests {
     fn no_parameter_is_named_twice() {
         for name in names() {
             let lists: Vec<&[ParamSpec]> = match get(name) {
-                Some(BuiltinFunction::Fixed { params, .. }) => vec![params],
+                Some(BuiltinFunction::Typed { params, .. }) => vec![params],
                 Some(BuiltinFunction::Rows(variants)) => {
                     variants.iter().map(|v| &v.params[..]).collect()
                 }
-                Some(BuiltinFunction::Free { .. }) | None => continue,
+                Some(BuiltinFunction::Untyped { .. }) | None => continue,
             };
             for params in lists {
                 for (index, param) in params.iter().enumerate() {

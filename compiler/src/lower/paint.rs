@@ -29,7 +29,7 @@ pub(super) fn coverage(scene: &Scene) -> Vec<Coverage> {
         let coverage = match &shape.kind {
             ShapeKind::Painted { .. } => Coverage::Full,
             ShapeKind::Combine { op, children, .. } => {
-                let is_full = match op.row().meta.set {
+                let is_full = match op.row().facts.set {
                     Some(SetOperation::Intersection) => children
                         .iter()
                         .any(|id| child_coverage(id) == Coverage::Full),
@@ -73,7 +73,7 @@ impl Lowering<'_> {
         if self.doublings >= MAX_DOUBLINGS {
             return false;
         }
-        match op.row().meta.set {
+        match op.row().facts.set {
             Some(SetOperation::Intersection) => {
                 painted.clone().count() > 1 && children.iter().any(is_partial)
             }
@@ -123,7 +123,7 @@ impl Lowering<'_> {
         self.doublings += 1;
         let first = self.shape(children[0], first_point, value_use);
         let mut painted_values = vec![first];
-        if op.row().meta.set == Some(SetOperation::Subtraction) {
+        if op.row().facts.set == Some(SetOperation::Subtraction) {
             for &child in &children[1..] {
                 painted_values.push(self.shape_over(Some(first), child, other_point, value_use));
             }

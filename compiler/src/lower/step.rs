@@ -26,7 +26,7 @@ use std::collections::HashSet;
 /// Maximum ratio by which a bound that counts as one exceeds it, for rounding.
 const MAX_UNIT_RATIO: f64 = 1.0 + 1e-9;
 /// Distance that exceeds the length of any ray, but can still be scaled.
-const FAR_DISTANCE: f32 = 1e9;
+const BEYOND_ALL_RAYS: f32 = 1e9;
 /// Minimum slope: a flatter shape has no surface that `f32` could find.
 const MIN_SLOPE: f64 = 1e-18;
 /// Minimum ratio of two bounds for the smaller one to be used.
@@ -48,7 +48,7 @@ impl Lowering<'_> {
     /// Converts a written value of a shape to a safe step to its surface.
     pub(super) fn step(&mut self, node: NodeId, id: ShapeId, local_point: LocalPoint) -> NodeId {
         // Nothing marches on a 2-D shape that is the whole scene.
-        if self.scene.shapes[id.0 as usize].plane && self.scene.plane {
+        if self.scene.shapes[id.0 as usize].is_2d && self.scene.is_2d {
             return node;
         }
         self.warn_without_inside(id);
@@ -76,7 +76,7 @@ impl Lowering<'_> {
             // There is no surface to step over, and the value must not look like one.
             return self
                 .graph
-                .add(GraphNode::Constant(GraphNumber::Constant(FAR_DISTANCE)));
+                .add(GraphNode::Constant(GraphNumber::Constant(BEYOND_ALL_RAYS)));
         }
         let unit = self.slopes.size() * local_point.unit;
         let extent = farthest(bounds.min.into_iter().chain(bounds.max));

@@ -2,16 +2,16 @@
 //! After: long unions and subtractions are [`GraphNode::Chain`]s with guards among their steps; hard ones
 //! are in another order. The value is the same in every bit, but for the sign of zeros.
 //!
-//! A union requires an operand where it is at most as far as the value so far; with a blend kernel, at most
-//! that plus the kernel's width. A subtraction requires the subtracted operand where the point is
+//! In a union, an operand matters where its distance is at most the value so far, plus the width of a blend
+//! kernel. A subtraction requires the subtracted operand where the point is
 //! deeper inside the value so far than it is away from that operand. So an influence box around an
 //! operand, from which its value keeps its distance (`influence.rs`), determines where it can be skipped.
 //!
-//! Minima and maxima are associative: the operands of a hard union are sorted by a hierarchy of boxes
-//! (`bvh.rs`), and a guard before a box skips everything inside. Blends are not associative, and of
+//! Minima and maxima are associative, so the operands of a hard union are sorted by a hierarchy of boxes
+//! (`bvh.rs`). A guard before a box skips everything inside. Blends are not associative, and of
 //! materials at equal distance the first one counts. There the order stays, and only adjacent operands
-//! are skipped together. A guard costs about as much as a shape, so it is emitted only where the
-//! skipped work and the skip probability outweigh that; small scenes have none.
+//! are skipped together. A guard costs about as much as a shape. So it is emitted only where the
+//! skipped work and the skip probability outweigh that, and never in small scenes.
 
 mod bvh;
 pub(super) mod influence;

@@ -4,10 +4,10 @@
 //! bound that the operations' own rules give for the current graph. A warp that proved to be a
 //! rotation is not slowed down.
 //!
-//! The value grows where a divisor shrank, but its slope is at most one and its zeros are the same: it
-//! stays a safe step to the same surface. A division stays where the magnitude of its result is used as
-//! a length (by a blend, an offset, arithmetic); programs that were not compiled from a scene may
-//! contain some. So do divisions for which the rules give no bound.
+//! The value grows where a divisor shrank, but its slope is at most one and its zeros are the same. It stays
+//! a safe step to the same surface. A division stays where the magnitude of its result is used as a length
+//! (by a blend, an offset, arithmetic). Programs that were not compiled from a scene may contain some. So do
+//! divisions for which the rules give no bound.
 
 mod slopes;
 
@@ -81,8 +81,8 @@ fn field_division(node: &GraphNode) -> Option<(NodeId, f64)> {
     }
 }
 
-/// Reports for each node whether a user depends on its magnitude and not only on comparisons: a blend kernel,
-/// an offset, arithmetic, a scale that is multiplied back.
+/// Reports for each node whether a user depends on its magnitude and not only on comparisons. Such users are
+/// blend kernels, offsets, arithmetic, and scales that are multiplied back.
 fn magnitude_sensitive(graph: &Graph) -> Vec<bool> {
     let mut is_magnitude_used = vec![false; graph.len()];
     let nodes: Vec<(NodeId, &GraphNode)> = graph.nodes().collect();
@@ -93,7 +93,7 @@ fn magnitude_sensitive(graph: &Graph) -> Vec<bool> {
                 parameters,
                 ..
             } => matches!(parameters[..], [GraphNumber::Constant(f)] if f > 0.0 && f <= 1.0),
-            GraphNode::Apply { op, .. } => op.row().meta.only_signs,
+            GraphNode::Apply { op, .. } => op.row().facts.uses_only_signs,
             _ => false,
         };
         for input in node.inputs() {

@@ -2,8 +2,8 @@
 //! runs only with an [`LodTarget`]; a picture of final quality has none. Before: any graph without
 //! guards. After: the same kinds of nodes, fewer of them.
 //!
-//! **The value changes**, but everywhere by at most the tolerance times the footprint of a pixel there.
-//! The footprint is taken at the point nearest to the camera at which a change can move the surface.
+//! **The value changes**, but everywhere by at most the tolerance times the size of a pixel there.
+//! That size is taken at the point nearest to the camera at which a change can move the surface.
 //! Its distance from the changed node is at most the range of the blends and offsets above
 //! (`sensitivity.rs`). Errors are measured in pixels. Those below a node count at their largest, since
 //! no operation here enlarges the larger of its operands' changes; changes above are added.
@@ -19,7 +19,7 @@
 //!
 //! The bound holds for directly visible surfaces: the shadow of a distant object may fall on a near
 //! one. Nodes that depend on a parameter, or lie in folded, bent or scaled space inside, have no known
-//! footprint and stay as they are.
+//! pixel and stay as they are.
 
 mod drop;
 mod merge;
@@ -31,7 +31,7 @@ use super::bounding::influence::InfluenceBoxes;
 use super::pass::{Context, PassOutput, plural};
 use crate::graph::{Graph, GraphNode, NodeId};
 use sdfc_vm::bounds::Bounds;
-pub use target::{LodReport, LodTarget, PixelFootprint};
+pub use target::{LodReport, LodTarget, PixelSize};
 
 /// Simplifies the graph as far as the target allows; without a target the graph stays the same.
 pub fn lod(graph: &Graph, context: &Context) -> PassOutput {

@@ -67,7 +67,7 @@ fn check(name: &str, text: &str) -> Bounds {
     let mut points = Points(0x5df_c0de);
     for index in 0..20_000 {
         let mut p = points.next([1.5, 3.0, 6.0][index % 3]);
-        if module.settings.is_plane {
+        if module.settings.is_2d {
             p[2] = 0.0;
         }
         let d = evaluate_f64(&module.distance, p);

@@ -1,7 +1,7 @@
 //! Cutters that end in a face of the body, or just beyond it.
 //!
-//! The distance at the mouth of a cut shows whether its cutter was extended: then it is the distance to the
-//! nearest wall; else the field is about zero, with no surface there.
+//! The distance at the mouth of a cut shows whether its cutter was extended. Then it is the distance to the
+//! nearest wall. Else the field is about zero, with no surface there.
 
 use crate::scene;
 use sdfc_compiler::compile::{Options, compile};

@@ -2,7 +2,7 @@
 
 use crate::scene;
 use sdfc_compiler::compile::{Options, compile};
-use sdfc_vm::program::Code;
+use sdfc_vm::program::Opcode;
 use sdfc_vm::table::Op;
 
 /// A field as text, its maximum slope, and the maximum ratio of the slope bound to it.
@@ -146,7 +146,7 @@ fn slopes_are_bounded_closely() {
         module.update(0.0);
         let program = &module.distance;
         let mut code = program.code.iter();
-        let division = code.find(|i| i.code == Code::Op(Op::FieldDistance));
+        let division = code.find(|i| i.code == Opcode::Op(Op::FieldDistance));
         // A field with the slope of a distance is not divided.
         let slope = division.map_or(1.0, |i| {
             1.0 / f64::from(program.pool[i.parameters as usize][0])

@@ -401,7 +401,7 @@ fn view_in(scene: &str) -> View {
         .value
         .unwrap_or_else(|| panic!("{scene}\n{:?}", outcome.diagnostics));
     let overrides = Overrides::default();
-    let settings = resolve(&opened.compiled.module, &opened.outputs, &overrides);
+    let settings = resolve(&opened.compiled.module, &opened.uniform_values, &overrides);
     settings.expect("settings").view
 }
 

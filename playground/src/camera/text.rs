@@ -39,7 +39,7 @@ impl OrbitCamera {
         };
         let right = Basis::from_view(view).right;
         let is_leaning = (Basis::from_view(&written_view).right - right).length() > MAX_LEAN_ERROR;
-        let up = if is_leaning && !self.plane {
+        let up = if is_leaning && !self.is_2d {
             format!(
                 ", up: {}",
                 format_list(&Basis::from_view(view).up.into(), 5)

@@ -74,7 +74,7 @@ pub struct PickContext<'s> {
     /// Module that the engine has loaded.
     pub module: &'s Module,
     /// Results of the uniform program; see [`Module::update`].
-    pub outputs: &'s [f64],
+    pub uniform_values: &'s [f64],
     /// Settings of the picture.
     pub settings: &'s RenderSettings,
     /// Source texts.
@@ -163,7 +163,7 @@ pub fn describe(
         surface: sample.surface,
         material: material.cloned().unwrap_or_default(),
         slope: super::slopes::gradient_length(sample),
-        rounding: error_at(scene.module, scene.outputs, scene.settings, point),
+        rounding: error_at(scene.module, scene.uniform_values, scene.settings, point),
         leaf: if origins.is_some() { leaf } else { 0 },
         origins: origins.unwrap_or_default(),
     })

@@ -72,7 +72,7 @@ impl Slice {
             ResolvedLens::Orthographic(height) => height / 2.0,
         };
         // Centre and half the length of a side.
-        let center_and_half = |i: usize| {
+        let centre_and_half = |i: usize| {
             let [low, high] = [bounds.min[i], bounds.max[i]];
             let is_bounded = low.is_finite() && high.is_finite() && low <= high;
             if is_bounded {
@@ -81,11 +81,11 @@ impl Slice {
                 (view.look[i], visible_half)
             }
         };
-        let mut point = [0, 1, 2].map(|i| center_and_half(i).0);
+        let mut point = [0, 1, 2].map(|i| centre_and_half(i).0);
         point[axis] = coordinate;
         let mut normal = [0.0; 3];
         normal[axis] = 1.0;
-        let sides = (0..3).filter(|&i| i != axis).map(|i| center_and_half(i).1);
+        let sides = (0..3).filter(|&i| i != axis).map(|i| centre_and_half(i).1);
         let max_half_side = sides.fold(0.0, f64::max);
         Self {
             point,
@@ -180,7 +180,7 @@ fn spacing(settings: &RenderSettings) -> f32 {
 
 /// The shown part of a plane.
 struct ShownSquare {
-    center: DVec3,
+    centre: DVec3,
     axes: [DVec3; 2],
     half_side: Option<f64>,
 }
@@ -195,7 +195,7 @@ impl ShownSquare {
         };
         let first = in_plane(DVec3::AXES[n.abs().min_position()]);
         Self {
-            center: slice.point.into(),
+            centre: slice.point.into(),
             axes: [first, n.cross(first)],
             half_side: slice.half_side,
         }
@@ -207,7 +207,7 @@ impl ShownSquare {
         let Some(half_side) = self.half_side else {
             return (1.0, 0.0);
         };
-        let offset = point - self.center;
+        let offset = point - self.centre;
         let axis_pixels = self.axes.map(|axis| {
             let change: f64 = steps.iter().map(|step| step.dot(axis).powi(2)).sum();
             (half_side - offset.dot(axis).abs()) / change.sqrt().max(1e-30)
@@ -266,10 +266,10 @@ impl SlicePixel {
             return lined;
         }
         // There is no line midway between two lines.
-        let center = ((distance.abs() / spacing).floor() + 0.5) * spacing;
+        let centre = ((distance.abs() / spacing).floor() + 0.5) * spacing;
         let is_inside = f64::from(distance) < -pixel_size * LINE_FADE_RANGE[0];
-        let center = if is_inside { -center } else { center };
-        let unlined = views::distance_color::<f32>(center, spacing, spacing * 0.01);
+        let centre = if is_inside { -centre } else { centre };
+        let unlined = views::distance_color::<f32>(centre, spacing, spacing * 0.01);
         mix(unlined, lined, steepness as f32)
     }
 }

@@ -1,10 +1,10 @@
 //! Slope overlay: points where the field exceeds its slope bound, and points where it slows rays down.
 //!
-//! Sphere tracing is safe if the field is Lipschitz with constant `MAX_SLOPE`; steeper fields are divided
-//! by a bound. If the bound is exceeded nevertheless, the scene states a wrong bound (`lipschitz:`) or no
-//! bound could be found, and rays may step through a surface. Two tests detect this: the length of the
-//! gradient at a point, and the difference between the values of adjacent points. The second one also
-//! finds discontinuities, as at the seam of a repetition.
+//! Sphere tracing is safe if the field is Lipschitz with constant `MAX_SLOPE`; steeper fields are divided by
+//! a bound. If the bound is exceeded nevertheless, the scene states a wrong bound (`lipschitz:`) or no bound
+//! could be found. Rays may then step through a surface. Two tests detect this: the length of the gradient at
+//! a point, and the difference between the values of adjacent points. The second one also finds
+//! discontinuities, as at the seam of a repetition.
 //!
 //! If the gradient is shorter than half the bound, rays take more than twice the required number of
 //! steps.

@@ -19,7 +19,7 @@ mod views;
 struct Fixture {
     sources: Sources,
     compiled: Compiled,
-    outputs: Vec<f64>,
+    uniform_values: Vec<f64>,
     settings: RenderSettings,
     engine: Box<dyn Engine>,
     origins: Provenance,
@@ -39,7 +39,7 @@ impl Fixture {
         let scene = scene.unwrap_or_else(|| panic!("{diagnostics:?}"));
         let (compiled, diagnostics) = compile(scene.clone(), &Options::default());
         let mut compiled = compiled.unwrap_or_else(|| panic!("{diagnostics:?}"));
-        let outputs = compiled.update(0.0);
+        let uniform_values = compiled.update(0.0);
         let (origins, _) = compile_provenance(scene, &Options::default());
         let mut origins = origins.expect("a scene that compiles has leaves");
         let leaf_outputs = origins.compiled.update(0.0);
@@ -48,13 +48,13 @@ impl Fixture {
             aa: Some(1),
             ..Overrides::default()
         };
-        let settings = resolve(&compiled.module, &outputs, &overrides).expect("a picture");
+        let settings = resolve(&compiled.module, &uniform_values, &overrides).expect("a picture");
         Self {
-            engine: loaded(&compiled, &outputs),
+            engine: loaded(&compiled, &uniform_values),
             leaves: loaded(&origins.compiled, &leaf_outputs),
             sources,
             compiled,
-            outputs,
+            uniform_values,
             settings,
             origins,
         }
@@ -73,11 +73,11 @@ impl Fixture {
     }
 }
 
-fn loaded(compiled: &Compiled, outputs: &[f64]) -> Box<dyn Engine> {
+fn loaded(compiled: &Compiled, uniform_values: &[f64]) -> Box<dyn Engine> {
     let mut engine = open(EngineKind::Cpu).expect("there is always a CPU");
     let scene = SceneInput {
         module: &compiled.module,
-        outputs,
+        uniform_values,
         generated: SceneSource::default(),
     };
     engine.load(&scene).expect("loads");

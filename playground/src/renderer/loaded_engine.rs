@@ -21,7 +21,7 @@ pub(super) struct LoadedScene {
     number: u64,
     inputs: SceneInputs,
     pub(super) module: Module,
-    pub(super) outputs: Vec<f64>,
+    pub(super) uniform_values: Vec<f64>,
 }
 
 /// Programs that an engine loads: those of the scene, or those that identify its leaves.
@@ -71,7 +71,7 @@ impl LoadedEngine {
                 return Ok(());
             }
             current.update(programs.compiled, inputs);
-            let updated = self.engine.update(&current.module, &current.outputs);
+            let updated = self.engine.update(&current.module, &current.uniform_values);
             if updated.is_err() {
                 self.loaded = None;
             }
@@ -82,7 +82,7 @@ impl LoadedEngine {
             number: programs.number,
             inputs: inputs.clone(),
             module: programs.compiled.module.clone(),
-            outputs: Vec::new(),
+            uniform_values: Vec::new(),
         };
         current.update(programs.compiled, inputs);
         let generated = match self.engine.kind() {
@@ -97,7 +97,7 @@ impl LoadedEngine {
         };
         self.engine.load(&SceneInput {
             module: &current.module,
-            outputs: &current.outputs,
+            uniform_values: &current.uniform_values,
             generated,
         })?;
         self.loaded = Some(current);
@@ -113,7 +113,7 @@ impl LoadedEngine {
     /// Resolves the settings of a picture with these overrides.
     pub(super) fn settings(&self, overrides: &Overrides) -> Result<RenderSettings, DrawError> {
         let current = self.loaded_scene()?;
-        resolve(&current.module, &current.outputs, overrides)
+        resolve(&current.module, &current.uniform_values, overrides)
             .map_err(|error| DrawError::Scene(error.to_string()))
     }
 }
@@ -123,7 +123,7 @@ impl LoadedScene {
         for (param, value) in self.module.settings.params.iter_mut().zip(&*inputs.values) {
             param.value.clone_from(value);
         }
-        self.outputs = compiled.update_module(&mut self.module, inputs.time);
+        self.uniform_values = compiled.update_module(&mut self.module, inputs.time);
         self.inputs = inputs.clone();
     }
 }

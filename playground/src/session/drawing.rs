@@ -204,7 +204,7 @@ impl Session {
     fn init_camera(&mut self, picture: &Picture) {
         if let (None, Some(scene)) = (&self.camera, &self.scene) {
             let settings = &scene.opened.compiled.module.settings;
-            let camera = OrbitCamera::new(picture.settings.view, settings.z_up, settings.is_plane);
+            let camera = OrbitCamera::new(picture.settings.view, settings.z_up, settings.is_2d);
             self.camera = Some(camera);
         }
     }

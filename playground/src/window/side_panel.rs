@@ -61,12 +61,12 @@ fn cameras(ui: &mut Ui, session: &Session, events: &mut Vec<Event>, actions: &mu
         (ViewSide::Left, "left"),
         (ViewSide::Bottom, "bottom"),
     ];
-    let is_plane = session
+    let is_2d = session
         .camera()
-        .is_some_and(crate::camera::OrbitCamera::is_plane);
+        .is_some_and(crate::camera::OrbitCamera::is_2d);
     ui.scope(|ui| {
         ui.spacing_mut().item_spacing.y = 4.0;
-        ui.add_enabled_ui(!is_plane, |ui| {
+        ui.add_enabled_ui(!is_2d, |ui| {
             grid(ui, 3, &sides, |ui, (side, name), width| {
                 let action = Action::Face(*side);
                 if choice_button(ui, name, false, width)
@@ -79,7 +79,7 @@ fn cameras(ui: &mut Ui, session: &Session, events: &mut Vec<Event>, actions: &mu
         });
         ui.scope(|ui| {
             let others = [
-                (Action::Face(ViewSide::Isometric), "corner", !is_plane),
+                (Action::Face(ViewSide::Isometric), "corner", !is_2d),
                 (Action::Fit, "fit", true),
                 (Action::CopyCamera, "copy", true),
             ];
@@ -104,10 +104,7 @@ fn cameras(ui: &mut Ui, session: &Session, events: &mut Vec<Event>, actions: &mu
     let mut parallel = session
         .camera()
         .is_some_and(crate::camera::OrbitCamera::is_orthographic);
-    let toggle = ui.add_enabled(
-        !is_plane,
-        egui::Checkbox::new(&mut parallel, "orthographic"),
-    );
+    let toggle = ui.add_enabled(!is_2d, egui::Checkbox::new(&mut parallel, "orthographic"));
     let description = format!("parallel rays ({})", key_of(Action::ToggleLens));
     if toggle.on_hover_text(description).changed() {
         actions.push(Action::ToggleLens);

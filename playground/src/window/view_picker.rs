@@ -140,8 +140,8 @@ fn first_slice(session: &Session) -> SlicePlane {
     }
 }
 
-/// Returns the coordinate range of a slice plane along an axis: the scene's bounds plus a tenth, or the
-/// camera's distance around the look-at point if they are infinite.
+/// Returns the coordinate range of a slice plane along an axis: the scene's bounds plus a tenth. If they are
+/// infinite, it is the camera's distance around the look-at point.
 fn coordinate_range(session: &Session, axis: usize) -> (f64, f64) {
     let side = session.bounds().map(|b| (b.min[axis], b.max[axis]));
     if let Some((min, max)) = side.filter(|(a, b)| a.is_finite() && b.is_finite() && a < b) {

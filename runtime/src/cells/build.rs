@@ -1,6 +1,6 @@
 //! Building cells, level by level, on all cores.
 
-use super::{Aabb, CELL, CHILDREN, Cell, CellNode, CellSplit, Cells, EMPTY, FULL, NODE, TapeRange};
+use super::{Aabb, CHILDREN, Cell, CellNode, CellSplit, Cells, EMPTY, FULL, LEAF, NODE, TapeRange};
 use crate::work_stealing::parallel_map_with;
 use sdfc_shaders::interpreter::split_cells::MAX_STALLED_LEVELS;
 use sdfc_vm::dual::Dual;
@@ -94,9 +94,9 @@ pub(super) fn split_levels(
     spec: &CellSpec<'_>,
     changed: &[bool],
 ) {
-    // Raw fields are divided by a bound of their slope that holds everywhere; in a cell it may be far
-    // smaller. Distances have a slope of one nearly everywhere, so theirs is not computed. Only a band of
-    // zero, which keeps the cells near the surface alone, uses slopes.
+    // Slopes are bounded per cell only for raw fields, whose global divisor is often far too large there.
+    // Distances have a slope of one nearly everywhere. Only cells near the surface, with a band of zero, use
+    // slopes.
     let slopes = spec.band == 0.0 && program.code.iter().any(divides_raw);
     let check_discontinuities = slopes && program.code.iter().any(may_be_discontinuous);
     cells.may_be_discontinuous = check_discontinuities
@@ -241,16 +241,16 @@ fn merge_output(
         }
         cells.cells[parent.cell as usize].is_leaf = false;
         for (child, entry) in children.iter_mut().zip(0..) {
-            let should_split = *child >= CELL && is_split[(*child - CELL) as usize];
-            if *child >= CELL {
+            let should_split = *child >= LEAF && is_split[(*child - LEAF) as usize];
+            if *child >= LEAF {
                 *child += first;
             }
             let mut previous_node = None;
             if let Some(parent) = parent.previous_node {
                 let old = cells.nodes[parent as usize].children[entry as usize];
                 if cells.is_unchanged(old, *child, changed) {
-                    if *child >= CELL {
-                        cells.cells[(*child - CELL) as usize].is_leaf = false;
+                    if *child >= LEAF {
+                        cells.cells[(*child - LEAF) as usize].is_leaf = false;
                     }
                     *child = old;
                     continue;
@@ -263,7 +263,7 @@ fn merge_output(
             }
             if should_split {
                 next.push(SplitParent {
-                    cell: *child - CELL,
+                    cell: *child - LEAF,
                     entry: Some((node, entry)),
                     previous_node,
                 });
@@ -377,7 +377,7 @@ impl<'a> Worker<'a> {
                 output.deduplicate_last_tape(first, start)
             };
             min_abs_field[output.cells.len() - first] = low.max(-high).max(0.0);
-            *entry = CELL + output.cells.len() as u32;
+            *entry = LEAF + output.cells.len() as u32;
             let cell = Cell {
                 region: region.child(lane, spec.split),
                 slope: slopes_and_gradients[lane].0,
@@ -444,12 +444,12 @@ impl<'a> Worker<'a> {
         [low, high]: [&mut F32x64; 2],
     ) {
         let mut open_boxes = [F32x64::default(); 6];
-        let centers = self.values.inputs_mut();
+        let centres = self.values.inputs_mut();
         for (slot, &lane) in lanes.iter().enumerate() {
             for axis in 0..3 {
                 let (from, to) = (boxes[axis].0[lane], boxes[axis + 3].0[lane]);
                 (open_boxes[axis].0[slot], open_boxes[axis + 3].0[slot]) = (from, to);
-                centers[axis].0[slot] = from + (to - from) * 0.5;
+                centres[axis].0[slot] = from + (to - from) * 0.5;
             }
         }
         let values = *self.values.run(self.program, tape, lanes.len());

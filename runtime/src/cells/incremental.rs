@@ -5,7 +5,7 @@
 //! contains no changed instruction.
 
 use super::build::{MAX_CLAUSES, SplitParent, split_levels};
-use super::{CELL, CellSpec, Cells, NODE};
+use super::{CellSpec, Cells, LEAF, NODE};
 use sdfc_vm::program::{Destination, Instruction, Operands, PointTransform, Program};
 use sdfc_vm::tape::{Clause, Tape};
 use std::sync::Arc;
@@ -17,7 +17,7 @@ const MAX_GROWTH_FACTOR: usize = 2;
 const MIN_COUNTED_CELLS: usize = 4096;
 
 /// Returns the cells of an edited program, reusing the `previous` ones. Returns `None` where all cells must
-/// be rebuilt: the instructions or the region changed, too many replaced cells are in memory, or a limit
+/// be rebuilt. Then the instructions or the region changed, too many replaced cells are in memory, or a limit
 /// was reached.
 pub fn rebuild_after_edit(
     previous: &Arc<Cells>,
@@ -57,7 +57,7 @@ pub fn rebuild_after_edit(
         + cells
             .nodes
             .iter()
-            .filter(|new_root| new_root.cell as usize >= count)
+            .filter(|node| node.cell as usize >= count)
             .count();
     Some(Arc::new(cells))
 }
@@ -127,14 +127,14 @@ fn contains_changed(tape: &[Clause], changed: &[bool]) -> bool {
 impl Cells {
     /// Reports whether a child, and so its subtree, is the same as before an edit.
     pub(super) fn is_unchanged(&self, old: u32, new: u32, changed: &[bool]) -> bool {
-        if old < CELL || new < CELL {
+        if old < LEAF || new < LEAF {
             return old == new;
         }
         let old = match old {
             NODE.. => self.nodes[(old - NODE) as usize].cell,
-            _ => old - CELL,
+            _ => old - LEAF,
         };
-        let tape = self.tape(new - CELL);
+        let tape = self.tape(new - LEAF);
         self.tape(old) == tape && !contains_changed(tape, changed)
     }
 
@@ -142,7 +142,7 @@ impl Cells {
     pub(super) fn discard_child(&mut self, child: u32) {
         match child {
             NODE.. => self.discard_subtree(Some(child - NODE)),
-            CELL.. => self.cells[(child - CELL) as usize].is_leaf = false,
+            LEAF.. => self.cells[(child - LEAF) as usize].is_leaf = false,
             _ => {}
         }
     }

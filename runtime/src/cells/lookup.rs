@@ -1,7 +1,7 @@
 //! Lookup of cells by grid coordinates: integers with the digits of all levels of cells. Two bits per level
 //! select a child along each axis, so the lookup of a point takes no arithmetic but shifts.
 
-use super::{Aabb, CELL, CHILDREN, CellSplit, Cells, EMPTY, FULL, NODE};
+use super::{Aabb, CHILDREN, CellSplit, Cells, EMPTY, FULL, LEAF, NODE};
 use sdfc_vm::lanes::{LANES, Points};
 
 /// Number of bits of a level's digit.
@@ -102,7 +102,7 @@ impl Cells {
         match self.child_entry_at(p) {
             Some((_, _, EMPTY)) => Occupancy::Empty,
             Some((_, _, FULL)) => Occupancy::Full,
-            Some((_, _, entry)) => Occupancy::Leaf(entry - CELL),
+            Some((_, _, entry)) => Occupancy::Leaf(entry - LEAF),
             None => Occupancy::Leaf(0),
         }
     }
@@ -118,7 +118,7 @@ impl Cells {
                 region: self.cell(parent).region.child(child, self.split),
                 clauses: None,
             }),
-            Some((_, _, entry)) => Some(cell_info(entry - CELL)),
+            Some((_, _, entry)) => Some(cell_info(entry - LEAF)),
             None => self.region().contains(p).then(|| cell_info(0)),
         }
     }

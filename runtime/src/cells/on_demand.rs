@@ -23,8 +23,8 @@ const MAX_CLAUSES: usize = 3_000_000;
 /// Marks a child without a cell.
 const NOT_BUILT: u32 = u32::MAX;
 
-/// A cell is split once this many times its tape's length of clauses have been run in it: splitting
-/// takes about as long.
+/// Number of evaluations of a cell's tape, each of a chunk of lanes, after which it is split. A split costs
+/// about as much.
 const SPLIT_AFTER_RUNS: usize = 12;
 /// Cost of collecting points and starting a tape, in clauses run on a chunk of lanes.
 const BATCH_OVERHEAD_CLAUSES: usize = 3;
@@ -35,7 +35,7 @@ const SORT_COST_CLAUSES: usize = 22;
 const TRIAL_POINTS: usize = 1 << 16;
 
 /// A box and its tape.
-struct Cell {
+struct LazyCell {
     region: Aabb,
     /// First clause of the tape.
     start: u32,
@@ -54,7 +54,7 @@ struct Children {
 /// Cells that are built on demand. Each thread has its own.
 pub struct OnDemandCells {
     grid: CellGrid,
-    cells: Vec<Cell>,
+    cells: Vec<LazyCell>,
     /// Clauses of all tapes, the root's first.
     clauses: Vec<Clause>,
     tracer: Tracer,
@@ -160,7 +160,7 @@ impl OnDemandCells {
     pub fn new(tape: &Tape, region: Aabb) -> Self {
         let mut cells = Self {
             grid: CellGrid::new(&region),
-            cells: vec![Cell {
+            cells: vec![LazyCell {
                 region,
                 start: 0,
                 len: tape.clauses.len() as u32,
@@ -250,7 +250,7 @@ impl OnDemandCells {
     }
 
     fn tape(&self, cell: u32) -> &[Clause] {
-        let Cell { start, len, .. } = self.cells[cell as usize];
+        let LazyCell { start, len, .. } = self.cells[cell as usize];
         &self.clauses[start as usize..(start + len) as usize]
     }
 
@@ -308,7 +308,7 @@ impl OnDemandCells {
     /// Builds a child and returns its index.
     fn build_child(&mut self, program: &Program, parent: u32, child: usize) -> u32 {
         let index = self.cells.len() as u32;
-        let Cell { start, len, .. } = self.cells[parent as usize];
+        let LazyCell { start, len, .. } = self.cells[parent as usize];
         let tape = start as usize..(start + len) as usize;
         let cell = &mut self.cells[parent as usize];
         let (region, tracer) = (cell.region, &mut self.tracer);
@@ -334,7 +334,7 @@ impl OnDemandCells {
         self.pruned = pruned;
         let pruned = (self.clauses.len() - first) as u32;
         children.cells[child] = index;
-        self.cells.push(Cell {
+        self.cells.push(LazyCell {
             region: region.child(child, CellSplit::Volume),
             start: first as u32,
             len: pruned,

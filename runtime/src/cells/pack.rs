@@ -1,6 +1,6 @@
 //! Cells as words in the layout that the interpreter on a GPU reads: see [`sdfc_shaders::interpreter::tape`].
 
-use super::{CELL, CHILDREN, CellSpec, CellSplit, Cells, EMPTY, FULL, NODE};
+use super::{CHILDREN, CellSpec, CellSplit, Cells, EMPTY, FULL, LEAF, NODE};
 use crate::render::CellStats;
 use sdfc_shaders::interpreter::tape::{KernelRegisters, clause_words, constant_word, node_word};
 use sdfc_shaders::layout::{CellJob, GridUniforms, NO_OLD_ENTRY};
@@ -168,9 +168,9 @@ impl GpuCells {
                         nodes.push((inner_node, level + 1, child_coordinates));
                         node_word(first_node + nodes.len() as u32 - 1)
                     }
-                    CELL.. => {
-                        let cell = cells.cell(child - CELL);
-                        let clauses = cells.tape(child - CELL);
+                    LEAF.. => {
+                        let cell = cells.cell(child - LEAF);
+                        let clauses = cells.tape(child - LEAF);
                         let key = cell.tape.key();
                         counts.count += 1;
                         let word = *entry_of_tape.entry(key).or_insert_with(|| {
@@ -192,7 +192,7 @@ impl GpuCells {
                                 old_entry: NO_OLD_ENTRY,
                             };
                             deferred.push(DeferredCell {
-                                cell: child - CELL,
+                                cell: child - LEAF,
                                 job,
                             });
                         }

@@ -6,7 +6,7 @@ use crate::render::{CellMode, PixelPlane, RenderJob};
 use glam::Vec3;
 use sdfc_shaders::interpreter::split_cells::MAX_TAPE_CLAUSES;
 use sdfc_shaders::layout::{self, FrameUniforms};
-use sdfc_vm::program::{Code, Program};
+use sdfc_vm::program::{Opcode, Program};
 use sdfc_vm::row::Category;
 use sdfc_vm::table::Op;
 use sdfc_vm::tape::Tape;
@@ -37,7 +37,7 @@ pub(crate) fn are_lookups_profitable(program: &Program, tape: &Tape) -> bool {
 /// Reports whether a program folds space with discontinuities, or contains noise.
 pub(crate) fn is_rough(program: &Program) -> bool {
     has_op(program, |op| {
-        let facts = &op.row().meta;
+        let facts = &op.row().facts;
         facts.category == Category::Domain || facts.reads_lattice
     })
 }
@@ -45,7 +45,7 @@ pub(crate) fn is_rough(program: &Program) -> bool {
 /// Reports whether a program contains an operation for which `test` holds.
 fn has_op(program: &Program, test: fn(Op) -> bool) -> bool {
     let mut codes = program.code.iter().map(|i| i.code);
-    codes.any(|code| matches!(code, Code::Op(op) if test(op)))
+    codes.any(|code| matches!(code, Opcode::Op(op) if test(op)))
 }
 
 /// The cube that is split: it encloses the scene's bounds within the length of rays. `None` if that is empty.
@@ -132,8 +132,8 @@ impl PacketCells {
     }
 }
 
-/// The region that an engine splits if it looks up the cell of every point: the part of space that rays of
-/// all kinds pass through, or the plane of a 2-D shape.
+/// The region that an engine splits if it looks up the cell of every point. It is the part of space that rays
+/// of all kinds pass through, or the plane of a 2-D shape.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct CellRegion {
     /// The part that must be split.
@@ -142,7 +142,7 @@ pub(crate) struct CellRegion {
     region: Aabb,
     split: CellSplit,
     band: f32,
-    pixels: PixelSize,
+    pixels: ScreenSpaceLeafLimit,
 }
 
 impl CellRegion {
@@ -157,7 +157,7 @@ impl CellRegion {
                 region,
                 split,
                 band,
-                pixels: PixelSize::from_uniforms(frame),
+                pixels: ScreenSpaceLeafLimit::from_uniforms(frame),
             });
         }
         // Samples for occlusion and for normals lie outside the bounds.
@@ -173,12 +173,12 @@ impl CellRegion {
             region: enclosing_cube(&extent, EDIT_MARGIN),
             split: CellSplit::Volume,
             band: f32::INFINITY,
-            pixels: PixelSize::from_uniforms(frame),
+            pixels: ScreenSpaceLeafLimit::from_uniforms(frame),
         })
     }
 
-    /// Reports whether the cells of this region can be used for another one: one with the same view, that
-    /// lies within this one after an edit and is not much smaller.
+    /// Reports whether the cells of this region can be used for another one after an edit. That one has the
+    /// same view, lies within this one, and is not much smaller.
     pub(crate) fn covers(&self, other: &Self) -> bool {
         let same_view = Self {
             extent: self.extent,
@@ -226,8 +226,8 @@ impl CellRegion {
             size,
             digit_bits: self.split.digit_bits(),
             camera: self.pixels.camera,
-            footprint: self.pixels.footprint,
-            footprint_growth: self.pixels.growth,
+            pixel_size: self.pixels.pixel_size,
+            pixel_growth: self.pixels.pixel_growth,
             max_leaf_pixels: self.pixels.max_leaf_pixels,
             // Devices need not support infinity.
             band: band.min(f32::MAX),
@@ -290,33 +290,35 @@ fn plane_region(plane: &PixelPlane) -> (Aabb, CellSplit) {
     (cube, CellSplit::Volume)
 }
 
-/// Limits the size of cells by the number of pixels they cover.
+/// Limits of the size of leaves on the screen and in the scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct PixelSize {
+pub(crate) struct ScreenSpaceLeafLimit {
     camera: [f32; 3],
-    footprint: f32,
-    growth: f32,
+    /// Height of a pixel of the image at the start of its ray.
+    pixel_size: f32,
+    /// Growth of that height per unit along the ray.
+    pixel_growth: f32,
     /// Maximum side of a leaf, in pixels.
     max_leaf_pixels: f32,
     /// Maximum side of a leaf, in scene units.
     max_side: f32,
 }
 
-impl PixelSize {
+impl ScreenSpaceLeafLimit {
     pub(crate) fn from_uniforms(frame: &FrameUniforms) -> Self {
         // A pixel of a pass over subpixels is smaller than a pixel of the image by this factor.
         let passes = (frame.samples.max(1) as f32).sqrt();
         Self {
             camera: frame.origin,
-            footprint: 2.0 * frame.footprint * passes,
-            growth: 2.0 * frame.footprint_growth * passes,
+            pixel_size: 2.0 * frame.half_pixel_size * passes,
+            pixel_growth: 2.0 * frame.half_pixel_growth * passes,
             max_leaf_pixels: MAX_LEAF_PIXELS,
             max_side: f32::INFINITY,
         }
     }
 }
 
-impl PixelSize {
+impl ScreenSpaceLeafLimit {
     /// These limits, multiplied by `times`.
     pub(crate) fn coarsened(&self, times: f32) -> Self {
         Self {
@@ -327,7 +329,7 @@ impl PixelSize {
     }
 }
 
-impl SplitRule for PixelSize {
+impl SplitRule for ScreenSpaceLeafLimit {
     fn should_split(&self, region: &Aabb, clauses: usize, _: f32) -> bool {
         let side = region.longest_side();
         let camera = Vec3::from(self.camera);
@@ -338,7 +340,7 @@ impl SplitRule for PixelSize {
         let gap = below.max(above).max(Vec3::ZERO);
         // Measured from inside a cell, its far parts count.
         let distance = gap.length().max(side * 0.25);
-        let pixel = self.footprint + self.growth * distance;
+        let pixel = self.pixel_size + self.pixel_growth * distance;
         let max_pixels = if clauses <= MAX_TRIVIAL_TAPE_CLAUSES {
             MAX_TRIVIAL_LEAF_PIXELS
         } else {
@@ -350,15 +352,16 @@ impl SplitRule for PixelSize {
 
 /// The cube and the cell size for a field written with coordinates. Small cells have tight gradient bounds,
 /// so that rays take few steps in them; large cells are few. The best leaf size had as many leaves along the
-/// cube as pixels along a leaf: for tanglecube at 256², 512² and 1024², leaves of 12, 16 and 24 pixels. Each
-/// split divides a side by four, so the cube is enlarged until a number of splits reaches that size.
-pub(crate) fn raw_field_cells(frame: &FrameUniforms) -> Option<(Aabb, PixelSize)> {
+/// cube as pixels along a leaf. For tanglecube at 256², 512² and 1024² these were leaves of 12, 16 and 24
+/// pixels. Each split divides a side by four, so the cube is enlarged until a number of splits reaches that
+/// size.
+pub(crate) fn raw_field_cells(frame: &FrameUniforms) -> Option<(Aabb, ScreenSpaceLeafLimit)> {
     let extent = scene_extent(frame)?;
     let side = enclosing_cube(&extent, ROUNDING_MARGIN).longest_side();
-    let pixels = PixelSize::from_uniforms(frame);
+    let pixels = ScreenSpaceLeafLimit::from_uniforms(frame);
     let middle: [f32; 3] = std::array::from_fn(|i| (extent.low[i] + extent.high[i]) / 2.0);
     let distance = Vec3::from(middle).distance(pixels.camera.into());
-    let pixel = pixels.footprint + pixels.growth * distance;
+    let pixel = pixels.pixel_size + pixels.pixel_growth * distance;
     let leaf = (side * pixel)
         .sqrt()
         .clamp(side * 1e-5, side * MAX_RAW_LEAF_FRACTION);
@@ -366,7 +369,7 @@ pub(crate) fn raw_field_cells(frame: &FrameUniforms) -> Option<(Aabb, PixelSize)
     let size_ratio = leaf * 4_f32.powf(levels) / side;
     Some((
         enclosing_cube(&extent, size_ratio * (1.0 + ROUNDING_MARGIN) - 1.0),
-        PixelSize {
+        ScreenSpaceLeafLimit {
             max_leaf_pixels: leaf * ROUNDING_FACTOR / pixel,
             max_side: side * MAX_RAW_LEAF_FRACTION * ROUNDING_FACTOR,
             ..pixels

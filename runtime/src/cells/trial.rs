@@ -2,9 +2,9 @@
 //! with the first image that is large enough. Its result is kept as long as edits do not change the
 //! instructions.
 //!
-//! Two numbers determine the savings of a ray in a cell: the fraction of the program that remains there, and
-//! the slope bound of the field there, since steps are longer by its reciprocal. The mean of their product over
-//! all leaves is the remaining fraction of the work. Measured, 960×540 on two threads:
+//! Two numbers determine the savings of a ray in a cell. One is the fraction of the program that remains
+//! there. The other is the slope bound of the field there, since steps are longer by its reciprocal. The mean
+//! of their product over all leaves is the remaining fraction of the work. Measured, 960×540 on two threads:
 //!
 //! | scene | fraction | time with cells, relative to without |
 //! |---|---:|---:|
@@ -16,7 +16,7 @@
 //! | flat_field, gyroid, cog | 0.28, 0.40, 0.40 | 1.21, 1.04, 1.18 |
 //! | displacement, jumps, steep_terrain, crests | 0.43 to 0.77 | 1.05 to 1.40 |
 
-use super::policy::{PixelSize, is_rough};
+use super::policy::{ScreenSpaceLeafLimit, is_rough};
 use super::{CellSpec, Cells, build};
 use sdfc_vm::program::Program;
 use sdfc_vm::tape::Tape;
@@ -42,7 +42,7 @@ impl CellTrial {
         program: &Program,
         tape: &Tape,
         spec: &CellSpec<'_>,
-        pixels: &PixelSize,
+        pixels: &ScreenSpaceLeafLimit,
     ) -> bool {
         if let Some(&cached) = self.0.get() {
             return cached;

@@ -34,29 +34,29 @@ impl RayTask for Beams<'_> {
         let block = [item % self.columns, item / self.columns];
         let first: [u32; 2] = std::array::from_fn(|i| self.corner[i] + block[i] * beam::BLOCK_SIDE);
         let ray = |x: u32, y: u32| camera_ray(f, [(first[0] + x) as f32, (first[1] + y) as f32]);
-        let center_ray = ray(beam::BLOCK_SIDE / 2, beam::BLOCK_SIDE / 2);
+        let centre_ray = ray(beam::BLOCK_SIDE / 2, beam::BLOCK_SIDE / 2);
         let last = beam::BLOCK_SIDE - 1;
         let (mut spread, mut widening) = (0.0, 0.0);
         for (x, y) in [(0, 0), (last, 0), (0, last), (last, last)] {
             let corner_ray = ray(x, y);
             spread = Real::max(
                 spread,
-                beam::distance_between::<f32>(corner_ray.origin, center_ray.origin),
+                beam::distance_between::<f32>(corner_ray.origin, centre_ray.origin),
             );
             let direction_difference =
-                beam::distance_between::<f32>(corner_ray.direction, center_ray.direction);
+                beam::distance_between::<f32>(corner_ray.direction, centre_ray.direction);
             widening = Real::max(widening, direction_difference);
         }
         let (low, high) = (vector(f.bounds_min), vector(f.bounds_max));
-        b.origin_x.0[lane] = center_ray.origin.x;
-        b.origin_y.0[lane] = center_ray.origin.y;
-        b.origin_z.0[lane] = center_ray.origin.z;
-        b.direction_x.0[lane] = center_ray.direction.x;
-        b.direction_y.0[lane] = center_ray.direction.y;
-        b.direction_z.0[lane] = center_ray.direction.z;
+        b.origin_x.0[lane] = centre_ray.origin.x;
+        b.origin_y.0[lane] = centre_ray.origin.y;
+        b.origin_z.0[lane] = centre_ray.origin.z;
+        b.direction_x.0[lane] = centre_ray.direction.x;
+        b.direction_y.0[lane] = centre_ray.direction.y;
+        b.direction_z.0[lane] = centre_ray.direction.z;
         b.spread.0[lane] = spread;
         b.widening.0[lane] = widening;
-        b.t.0[lane] = beam::start_t::<f32>(center_ray.origin, low, high, spread);
+        b.t.0[lane] = beam::start_t::<f32>(centre_ray.origin, low, high, spread);
         b.steps.0[lane] = 0.0;
         true
     }
@@ -80,8 +80,8 @@ impl RayTask for Beams<'_> {
         let f = self.frame;
         for (i, ended) in ended.iter_mut().enumerate() {
             let t = b.t.0[i];
-            let half = camera::half_pixel(t, f.footprint, f.footprint_growth);
-            let threshold = marching::threshold(t, half, f.cone, f.rounding);
+            let half = camera::half_pixel(t, f.half_pixel_size, f.half_pixel_growth);
+            let threshold = marching::threshold(t, half, f.threshold_fraction, f.rounding);
             let field = values.0[i];
             let step = beam::advance(t, field, b.spread.0[i], b.widening.0[i], threshold);
             let goes_on = beam::should_continue(step, half) > 0.0;

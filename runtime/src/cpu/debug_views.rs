@@ -4,7 +4,7 @@ use super::lanes::{is_nan, repeat_first};
 use super::normal::{set_lane, surface_in_lane};
 use super::shade::{add_sample, uniform_surface};
 use super::tile::Tile;
-use super::{Evaluator, F32x64, LANES, Points, Query};
+use super::{Evaluator, F32x64, FieldQuantity, LANES, Points};
 use crate::cells::Aabb;
 use crate::render::ray::{PixelRay, camera_ray, vector};
 use sdfc_shaders::features::{Features, Mode};
@@ -73,7 +73,7 @@ pub(super) fn edges(frame: &FrameUniforms, features: &Features, tile: &mut Tile)
     for (i, color) in colors.iter_mut().enumerate() {
         let (x, y) = (i as u32 % tile.width, i as u32 / tile.width);
         let t = tile.rays[i].t;
-        let half = camera::half_pixel(t, frame.footprint, frame.footprint_growth);
+        let half = camera::half_pixel(t, frame.half_pixel_size, frame.half_pixel_growth);
         let end_here = end(x, y);
         let edge_to = |neighbor: PixelEnd| {
             if !end_here.is_shown && !neighbor.is_shown {
@@ -158,7 +158,7 @@ pub(super) fn plane(
         if needs_surfaces {
             let point = |lane: usize| [points[0].0[lane], points[1].0[lane], points[2].0[lane]];
             let region = Aabb::around((0..count).map(point));
-            evaluator.prune_for_regions(Query::Surfaces, &[region]);
+            evaluator.prune_for_regions(FieldQuantity::Surfaces, &[region]);
             evaluator.select_region(Some(0));
             evaluator.surfaces(&points, &view_normals, count, &mut block);
             evaluator.select_region(None);
@@ -176,7 +176,7 @@ pub(super) fn plane(
             };
             tile.rays[i] = RayState {
                 t,
-                radius: distance,
+                field: distance,
                 status,
                 steps: 1,
                 ..RayState::default()
@@ -189,7 +189,7 @@ pub(super) fn plane(
             if is_nan(distance) {
                 continue;
             }
-            let pixel = 2.0 * camera::half_pixel(t, frame.footprint, frame.footprint_growth);
+            let pixel = 2.0 * camera::half_pixel(t, frame.half_pixel_size, frame.half_pixel_growth);
             let shape_coverage = views::coverage(distance, pixel);
             let (color, coverage) = if is_distance_view {
                 (views::distance_color(distance, frame.spacing, pixel), 1.0)

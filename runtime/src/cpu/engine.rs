@@ -1,8 +1,8 @@
 //! The CPU engine: programs on batches of 64 points, on all cores.
 
 use super::{
-    AabbLanes, Evaluator, F32x64, LANES, Points, Query, RangeLanes, RenderField, SurfaceBlock,
-    morton, normal, plane_quadtree,
+    AabbLanes, Evaluator, F32x64, FieldQuantity, LANES, Points, RangeLanes, RenderField,
+    SurfaceBlock, morton, normal, plane_quadtree,
 };
 use crate::cells::policy::{self, PacketCells};
 use crate::cells::trial::CellTrial;
@@ -51,14 +51,14 @@ pub(crate) struct CpuScene {
 struct CachedCells {
     program: Arc<Program>,
     tape: Arc<Tape>,
-    pixels: policy::PixelSize,
+    pixels: policy::ScreenSpaceLeafLimit,
     cells: Arc<Cells>,
     /// Number of cells built for that image.
     fresh: u64,
 }
 
 impl CpuScene {
-    fn new(module: &Module, outputs: &[f64], previous: Option<Self>) -> Self {
+    fn new(module: &Module, uniform_values: &[f64], previous: Option<Self>) -> Self {
         let (cell_trial, cached_cells) = match previous {
             Some(previous) if previous.distance.code == module.distance.code => {
                 (previous.cell_trial, previous.cached_cells)
@@ -75,8 +75,8 @@ impl CpuScene {
                 (p, tape)
             }),
             tape: Arc::new(Tape::new(&module.distance)),
-            facts: field_facts(module, outputs),
-            default_material: default_material(module, outputs),
+            facts: field_facts(module, uniform_values),
+            default_material: default_material(module, uniform_values),
         }
     }
 }
@@ -99,13 +99,13 @@ impl Engine for CpuEngine {
     fn load(&mut self, scene: &SceneInput<'_>) -> Result<(), EngineError> {
         self.scene = Some(CpuScene::new(
             scene.module,
-            scene.outputs,
+            scene.uniform_values,
             self.scene.take(),
         ));
         Ok(())
     }
 
-    fn update(&mut self, module: &Module, outputs: &[f64]) -> Result<(), EngineError> {
+    fn update(&mut self, module: &Module, uniform_values: &[f64]) -> Result<(), EngineError> {
         let scene = self.scene()?;
         let same = scene.distance.code == module.distance.code
             && scene.surface.as_ref().map(|(p, _)| &p.code)
@@ -113,7 +113,7 @@ impl Engine for CpuEngine {
         if !same {
             return Err(EngineError::SceneMismatch);
         }
-        self.scene = Some(CpuScene::new(module, outputs, self.scene.take()));
+        self.scene = Some(CpuScene::new(module, uniform_values, self.scene.take()));
         Ok(())
     }
 
@@ -219,7 +219,7 @@ impl RenderField for CpuScene {
         let (region, pixels) = match self.tape.lipschitz.is_bounded() {
             true => (
                 policy::scene_cube(frame)?,
-                policy::PixelSize::from_uniforms(frame),
+                policy::ScreenSpaceLeafLimit::from_uniforms(frame),
             ),
             false => policy::raw_field_cells(frame)?,
         };
@@ -326,7 +326,7 @@ impl CpuScene {
             surface: None,
             distance_tapes: PrunedTapes::default(),
             surface_tapes: PrunedTapes::default(),
-            focus: None,
+            selected_region: None,
         }
     }
 }
@@ -348,14 +348,14 @@ struct CpuEvaluator<'a> {
     distance_tapes: PrunedTapes,
     surface_tapes: PrunedTapes,
     /// Index of the announced box that contains all points.
-    focus: Option<usize>,
+    selected_region: Option<usize>,
 }
 
 /// Tapes pruned for announced boxes.
 #[derive(Default)]
 struct PrunedTapes {
     /// Created on first use.
-    chooser: Option<Tracer>,
+    tracer: Option<Tracer>,
     pruner: Pruner,
     clauses: Vec<Clause>,
     /// The range of each box's clauses.
@@ -373,19 +373,19 @@ impl PrunedTapes {
         if tape.clauses.len() < MIN_PRUNE_CLAUSES {
             return;
         }
-        let chooser = self.chooser.get_or_insert_with(|| Tracer::new(tape));
+        let tracer = self.tracer.get_or_insert_with(|| Tracer::new(tape));
         self.pruner.reserve(tape.values, tape.points);
         for regions in regions.chunks(LANES) {
-            let boxes = chooser.boxes();
+            let boxes = tracer.boxes();
             for (lane, region) in regions.iter().enumerate() {
                 region
                     .with_margin(CellSplit::Volume)
                     .write_lane(boxes, lane);
             }
-            chooser.run(program, &tape.clauses, regions.len());
+            tracer.run(program, &tape.clauses, regions.len());
             for lane in 0..regions.len() {
                 let start = self.clauses.len();
-                let choice = |clause| chooser.trace().choice(clause, lane);
+                let choice = |clause| tracer.trace().choice(clause, lane);
                 self.pruner.prune(&tape.clauses, choice, &mut self.clauses);
                 self.ranges.push((start, self.clauses.len()));
             }
@@ -423,7 +423,7 @@ fn gather(points: &[Points], keys: &[MortonKey], to: &mut Points) {
 
 impl Evaluator for CpuEvaluator<'_> {
     fn distances(&mut self, points: &Points, count: usize, out: &mut F32x64) {
-        if self.on_demand.is_some() && self.distance_tapes.get(self.focus).is_none() {
+        if self.on_demand.is_some() && self.distance_tapes.get(self.selected_region).is_none() {
             let (points, out) = (std::slice::from_ref(points), std::slice::from_mut(out));
             return self.distances_many(points, count, out);
         }
@@ -431,15 +431,18 @@ impl Evaluator for CpuEvaluator<'_> {
         let tape_evaluator = self
             .distance
             .get_or_insert_with(|| TapeEvaluator::new(tape.values, tape.points));
-        let clauses = self.distance_tapes.get(self.focus).unwrap_or(&tape.clauses);
+        let clauses = self
+            .distance_tapes
+            .get(self.selected_region)
+            .unwrap_or(&tape.clauses);
         tape_evaluator.inputs_mut().clone_from(points);
         out.clone_from(tape_evaluator.run(program, clauses, count));
     }
 
-    fn preferred_blocks(&self, asked: Query) -> usize {
-        let on_demand = match asked {
-            Query::Distances => &self.on_demand,
-            Query::Surfaces => &self.surface_on_demand,
+    fn preferred_blocks(&self, quantity: FieldQuantity) -> usize {
+        let on_demand = match quantity {
+            FieldQuantity::Distances => &self.on_demand,
+            FieldQuantity::Surfaces => &self.surface_on_demand,
         };
         if on_demand.is_some() { MAX_BLOCKS } else { 1 }
     }
@@ -511,7 +514,10 @@ impl Evaluator for CpuEvaluator<'_> {
             .gradient
             .take()
             .unwrap_or_else(|| TapeEvaluator::new(tape.values, tape.points));
-        match (self.distance_tapes.get(self.focus), &mut self.on_demand) {
+        match (
+            self.distance_tapes.get(self.selected_region),
+            &mut self.on_demand,
+        ) {
             (Some(clauses), _) => {
                 *tape_evaluator.inputs_mut() = with_identity_jacobian(points);
                 out.clone_from(tape_evaluator.run(program, clauses, count));
@@ -565,17 +571,17 @@ impl Evaluator for CpuEvaluator<'_> {
         out.clone_from(tape_evaluator.run(&self.scene.distance, cells.tape(cell), count));
     }
 
-    fn prune_for_regions(&mut self, asked: Query, regions: &[Aabb]) {
-        self.focus = None;
+    fn prune_for_regions(&mut self, quantity: FieldQuantity, regions: &[Aabb]) {
+        self.selected_region = None;
         if !self.is_pruning {
             return;
         }
-        match asked {
-            Query::Distances => {
+        match quantity {
+            FieldQuantity::Distances => {
                 let (program, tape) = (&self.scene.distance, &self.scene.tape);
                 self.distance_tapes.prune(program, tape, regions);
             }
-            Query::Surfaces => {
+            FieldQuantity::Surfaces => {
                 if let Some((program, tape)) = &self.scene.surface {
                     self.surface_tapes.prune(program, tape, regions);
                 }
@@ -584,7 +590,7 @@ impl Evaluator for CpuEvaluator<'_> {
     }
 
     fn select_region(&mut self, region: Option<usize>) {
-        self.focus = region;
+        self.selected_region = region;
     }
 
     fn surfaces(
@@ -602,7 +608,10 @@ impl Evaluator for CpuEvaluator<'_> {
         let tape_evaluator = surface_tape_evaluator(&mut self.surface, tape, default_material);
         tape_evaluator.hook().set_points(points, normals);
         *tape_evaluator.inputs_mut() = with_identity_jacobian(points);
-        let clauses = self.surface_tapes.get(self.focus).unwrap_or(&tape.clauses);
+        let clauses = self
+            .surface_tapes
+            .get(self.selected_region)
+            .unwrap_or(&tape.clauses);
         tape_evaluator.run(program, clauses, count);
         out.clone_from(tape_evaluator.hook().surface());
     }
@@ -672,8 +681,8 @@ impl CpuEvaluator<'_> {
             .chunks(LANES)
             .map(|chunk| Aabb::around(chunk.iter().copied()))
             .collect();
-        self.prune_for_regions(Query::Distances, &regions);
-        self.prune_for_regions(Query::Surfaces, &regions);
+        self.prune_for_regions(FieldQuantity::Distances, &regions);
+        self.prune_for_regions(FieldQuantity::Surfaces, &regions);
         let mut samples = Vec::with_capacity(points.len());
         for (region, chunk) in points.chunks(LANES).enumerate() {
             let is_bounded = chunk.iter().all(morton::is_finite);

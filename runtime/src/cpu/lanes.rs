@@ -4,11 +4,11 @@
 //! task has ended takes the next item, so all lanes are busy until items run out. The loops over lanes are
 //! compiled once per instruction set, as those of `sdfc_vm::lanes` are.
 //!
-//! An *aside* is a loop that a few tasks run for a while, such as the check of an occluder candidate. Tasks
-//! in an aside wait in blocks of their own until there are enough of them. So the others do not run its loop
-//! in vain. The last tasks of both kinds share the lanes of an evaluation.
+//! A *divergent* task is in an inner loop that few tasks run for a while, such as the check of an occluder
+//! candidate. Divergent tasks wait in blocks of their own until there are enough of them. So the others do
+//! not run that loop in vain. The last tasks of both kinds share the lanes of an evaluation.
 
-use super::{Evaluator, F32x64, LANES, Points, Query};
+use super::{Evaluator, F32x64, FieldQuantity, LANES, Points};
 use sdfc_vm::multiversion;
 use std::{hint, iter};
 
@@ -23,20 +23,25 @@ pub(super) trait RayTask {
     fn points(&self, block: &Self::Block, points: &mut Points);
     /// Advances the tasks by the field's values at these points; sets `ended` where a task ends.
     fn advance(&self, block: &mut Self::Block, values: &F32x64, ended: &mut [bool; LANES]);
-    /// Returns a column that is not zero where a task is in an aside, if there are asides.
+    /// Returns a column that is not zero where a task is divergent, if tasks can be.
     #[inline(always)]
-    fn aside_mask(block: &Self::Block) -> Option<&F32x64> {
+    fn divergent_mask(block: &Self::Block) -> Option<&F32x64> {
         let _ = block;
         None
     }
-    /// Computes the points of the next evaluation of tasks in an aside.
+    /// Computes the points of the next evaluation of divergent tasks.
     #[inline(always)]
-    fn points_aside(&self, block: &Self::Block, points: &mut Points) {
+    fn divergent_points(&self, block: &Self::Block, points: &mut Points) {
         self.points(block, points);
     }
-    /// Advances the tasks in an aside by the field's values; sets `ended` where a task ends.
+    /// Advances the divergent tasks by the field's values; sets `ended` where a task ends.
     #[inline(always)]
-    fn advance_aside(&self, block: &mut Self::Block, values: &F32x64, ended: &mut [bool; LANES]) {
+    fn advance_divergent(
+        &self,
+        block: &mut Self::Block,
+        values: &F32x64,
+        ended: &mut [bool; LANES],
+    ) {
         self.advance(block, values, ended);
     }
     /// Stores the result of a task that has ended.
@@ -73,9 +78,9 @@ pub(super) use lanes;
 
 /// A choice between a new value for a place in a column and the old value there.
 ///
-/// LLVM stores the result of such a choice by a masked store. With AVX2, AMD's processors take ten times as
-/// long for it as for a blend and a full store. An operation with a zero that the compiler does not see
-/// makes the old value look like another one.
+/// It avoids masked stores, into which LLVM turns such a choice. With AVX2 on AMD's processors, a masked store
+/// takes ten times as long as a blend and a full store. A XOR with a zero that the compiler cannot see hides
+/// that the old value is the stored one.
 #[derive(Clone, Copy)]
 pub(super) struct ColumnChoice {
     hidden_zero: u32,
@@ -108,21 +113,21 @@ multiversion! {
     pub(super) fn run_streamed<W: RayTask>(task: &mut W, evaluator: &mut dyn Evaluator, items: &[u32]) -> u64 = run;
 }
 
-/// Asides run once their tasks fill this fraction (one over this number) of the lanes that are evaluated
+/// Divergent tasks run once they fill this fraction (one over this number) of the lanes that are evaluated
 /// together.
-const ASIDE_LANE_DIVISOR: usize = 4;
+const DIVERGENT_LANE_DIVISOR: usize = 4;
 
 #[inline(always)]
 fn run<W: RayTask>(task: &mut W, evaluator: &mut dyn Evaluator, items: &[u32]) -> u64 {
     let max_blocks = evaluator
-        .preferred_blocks(Query::Distances)
+        .preferred_blocks(FieldQuantity::Distances)
         .min(items.len().div_ceil(LANES));
-    let (max_lanes, min_aside) = (
+    let (max_lanes, min_divergent) = (
         max_blocks * LANES,
-        (max_blocks * LANES / ASIDE_LANE_DIVISOR).max(LANES),
+        (max_blocks * LANES / DIVERGENT_LANE_DIVISOR).max(LANES),
     );
     let mut running = Pool::<W::Block>::default();
-    let mut aside = Pool::<W::Block>::default();
+    let mut divergent = Pool::<W::Block>::default();
     let mut unstarted = items.iter().copied();
     let mut evaluations = 0;
     loop {
@@ -130,9 +135,9 @@ fn run<W: RayTask>(task: &mut W, evaluator: &mut dyn Evaluator, items: &[u32]) -
             let Some(item) = unstarted.next() else { break };
             running.begin(task, item);
         }
-        let (running_count, aside_count) =
-            step_counts(running.count(), aside.count(), min_aside, max_lanes);
-        let count = running_count + aside_count;
+        let (running_count, divergent_count) =
+            step_counts(running.count(), divergent.count(), min_divergent, max_lanes);
+        let count = running_count + divergent_count;
         if count == 0 {
             return evaluations;
         }
@@ -140,42 +145,59 @@ fn run<W: RayTask>(task: &mut W, evaluator: &mut dyn Evaluator, items: &[u32]) -
         if running_count > 0 {
             running.compute_points::<W, false>(task, running_count);
         }
-        if aside_count > 0 {
-            aside.compute_points::<W, true>(task, aside_count);
+        if divergent_count > 0 {
+            divergent.compute_points::<W, true>(task, divergent_count);
         }
         if running_count == 0 {
-            aside.evaluate(evaluator, count);
+            divergent.evaluate(evaluator, count);
         } else {
-            running.append_points(running_count, &aside, aside_count);
+            running.append_points(running_count, &divergent, divergent_count);
             running.evaluate(evaluator, count);
-            aside.take_values(aside_count, &running, running_count);
+            divergent.take_values(divergent_count, &running, running_count);
         }
         if running_count > 0 {
             running.advance::<W, false>(task, running_count);
         }
-        if aside_count > 0 {
-            aside.advance::<W, true>(task, aside_count);
+        if divergent_count > 0 {
+            divergent.advance::<W, true>(task, divergent_count);
         }
         if running_count > 0 {
             let next = &mut unstarted;
-            running.retire_and_refill(task, &mut aside, (false, max_lanes), running_count, next);
+            running.retire_and_refill(
+                task,
+                &mut divergent,
+                (false, max_lanes),
+                running_count,
+                next,
+            );
         }
-        if aside_count > 0 {
+        if divergent_count > 0 {
             let none = &mut iter::empty();
-            aside.retire_and_refill(task, &mut running, (true, max_lanes), aside_count, none);
+            divergent.retire_and_refill(
+                task,
+                &mut running,
+                (true, max_lanes),
+                divergent_count,
+                none,
+            );
         }
     }
 }
 
-/// Returns the number of running tasks and of those in an aside that advance next, from the first ones on.
+/// Returns the number of running tasks and of divergent ones that advance next, from the first ones on.
 /// The others of a pool wait, in blocks of their own.
-fn step_counts(running: usize, aside: usize, min_aside: usize, max_lanes: usize) -> (usize, usize) {
+fn step_counts(
+    running: usize,
+    divergent: usize,
+    min_divergent: usize,
+    max_lanes: usize,
+) -> (usize, usize) {
     let running_count = running.min(max_lanes);
-    let fits = aside <= max_lanes - running_count;
-    if aside >= min_aside || !fits && aside >= running {
-        (0, aside.min(max_lanes))
+    let fits = divergent <= max_lanes - running_count;
+    if divergent >= min_divergent || !fits && divergent >= running {
+        (0, divergent.min(max_lanes))
     } else {
-        (running_count, if fits { aside } else { 0 })
+        (running_count, if fits { divergent } else { 0 })
     }
 }
 
@@ -257,12 +279,16 @@ impl<B: Lanes> Pool<B> {
 
     /// Computes the points of the next evaluation of the first `count` tasks.
     #[inline(always)]
-    fn compute_points<W: RayTask<Block = B>, const ASIDE: bool>(&mut self, task: &W, count: usize) {
+    fn compute_points<W: RayTask<Block = B>, const DIVERGENT: bool>(
+        &mut self,
+        task: &W,
+        count: usize,
+    ) {
         let used = count.div_ceil(LANES);
         self.reserve(used);
         for (block, points) in self.blocks[..used].iter().zip(&mut self.points) {
-            if ASIDE {
-                task.points_aside(block, points);
+            if DIVERGENT {
+                task.divergent_points(block, points);
             } else {
                 task.points(block, points);
             }
@@ -306,12 +332,12 @@ impl<B: Lanes> Pool<B> {
 
     /// Advances the first `count` tasks by the values.
     #[inline(always)]
-    fn advance<W: RayTask<Block = B>, const ASIDE: bool>(&mut self, task: &W, count: usize) {
+    fn advance<W: RayTask<Block = B>, const DIVERGENT: bool>(&mut self, task: &W, count: usize) {
         let buffers = self.values.iter().zip(&mut self.ended);
         for (block, (values, ended)) in self.blocks[..count.div_ceil(LANES)].iter_mut().zip(buffers)
         {
-            if ASIDE {
-                task.advance_aside(block, values, ended);
+            if DIVERGENT {
+                task.advance_divergent(block, values, ended);
             } else {
                 task.advance(block, values, ended);
             }
@@ -325,14 +351,14 @@ impl<B: Lanes> Pool<B> {
         &mut self,
         task: &mut W,
         other: &mut Self,
-        (is_aside, max_lanes): (bool, usize),
+        (is_divergent, max_lanes): (bool, usize),
         advanced: usize,
         next: &mut impl Iterator<Item = u32>,
     ) {
         // From the last one on, so that a task that moves into a free lane has been tested.
         for block in (0..advanced.div_ceil(LANES)).rev() {
-            let aside = W::aside_mask(&self.blocks[block]);
-            let mut leaving = leaving_lanes(&self.ended[block], aside, is_aside);
+            let divergent = W::divergent_mask(&self.blocks[block]);
+            let mut leaving = leaving_lanes(&self.ended[block], divergent, is_divergent);
             leaving &= u64::MAX >> (LANES - (advanced - block * LANES).min(LANES));
             while leaving != 0 {
                 let lane = LANES - 1 - leaving.leading_zeros() as usize;
@@ -360,11 +386,11 @@ impl<B: Lanes> Pool<B> {
 
 /// Mask of the lanes whose tasks have ended or belong to the other pool.
 #[inline(always)]
-fn leaving_lanes(ended: &[bool; LANES], aside: Option<&F32x64>, is_aside: bool) -> u64 {
+fn leaving_lanes(ended: &[bool; LANES], divergent: Option<&F32x64>, is_divergent: bool) -> u64 {
     let mut leaving = *ended;
-    if let Some(column) = aside {
+    if let Some(column) = divergent {
         for (leaving, v) in leaving.iter_mut().zip(&column.0) {
-            *leaving |= (v.to_bits() != 0) != is_aside;
+            *leaving |= (v.to_bits() != 0) != is_divergent;
         }
     }
     let bits = leaving.iter().enumerate();
@@ -411,8 +437,8 @@ mod tests {
         1 + mix(item, 7) % MAX_STEPS
     }
 
-    /// Reports whether an item is in an aside before this step. No item begins in one.
-    fn is_aside(item: u32, step: u32) -> bool {
+    /// Reports whether an item is divergent before this step. No item begins so.
+    fn is_divergent(item: u32, step: u32) -> bool {
         step > 0 && mix(item, step / 4).is_multiple_of(3)
     }
 
@@ -421,7 +447,7 @@ mod tests {
     }
 
     lanes! {
-        /// Items at their steps, and the sums of the values outside and inside of asides.
+        /// Items at their steps, and the sums of the values outside and inside of divergent loops.
         StepLanes { item, step, mask, outside, inside }
     }
 
@@ -434,7 +460,7 @@ mod tests {
                 b.step.0[i] += 1.0;
                 let (item, step) = (b.item.0[i] as u32, b.step.0[i] as u32);
                 *ended = step >= steps(item);
-                b.mask.0[i] = f32::from(u8::from(is_aside(item, step)));
+                b.mask.0[i] = f32::from(u8::from(is_divergent(item, step)));
             }
         }
     }
@@ -462,11 +488,11 @@ mod tests {
             Self::advance_all(b, ended);
         }
 
-        fn aside_mask(b: &StepLanes) -> Option<&F32x64> {
+        fn divergent_mask(b: &StepLanes) -> Option<&F32x64> {
             Some(&b.mask)
         }
 
-        fn advance_aside(&self, b: &mut StepLanes, values: &F32x64, ended: &mut [bool; LANES]) {
+        fn advance_divergent(&self, b: &mut StepLanes, values: &F32x64, ended: &mut [bool; LANES]) {
             for (sum, value) in b.inside.0.iter_mut().zip(values.0) {
                 *sum += value;
             }
@@ -486,7 +512,7 @@ mod tests {
     }
 
     impl Evaluator for CountingField {
-        fn preferred_blocks(&self, _: Query) -> usize {
+        fn preferred_blocks(&self, _: FieldQuantity) -> usize {
             self.blocks
         }
 
@@ -528,7 +554,7 @@ mod tests {
                 }
                 let mut expected = [0.0; 2];
                 for step in 0..steps(item) {
-                    let sum = &mut expected[usize::from(is_aside(item, step))];
+                    let sum = &mut expected[usize::from(is_divergent(item, step))];
                     *sum += field(item as f32, step as f32);
                     total += 1;
                 }

@@ -123,7 +123,7 @@ struct Projection {
 
 impl Projection {
     fn new(frame: &FrameUniforms) -> Self {
-        let orthographic = frame.footprint_growth == 0.0;
+        let orthographic = frame.half_pixel_growth == 0.0;
         let (right, up) = if orthographic {
             (frame.origin_right, frame.origin_up)
         } else {
@@ -269,7 +269,7 @@ pub(super) mod tests {
             forward: single(axes.forward),
             forward_right: single(axes.forward_right),
             forward_up: single(axes.forward_up),
-            footprint_growth: match view.lens {
+            half_pixel_growth: match view.lens {
                 ResolvedLens::Perspective(_) => 1e-3,
                 ResolvedLens::Orthographic(_) => 0.0,
             },

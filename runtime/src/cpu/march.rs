@@ -13,7 +13,7 @@ lanes! {
     /// Rays under way.
     MarchLanes {
         origin_x, origin_y, origin_z, direction_x, direction_y, direction_z, exit_t,
-        t, radius, step, trend, t_before, radius_before, side, steps, outcome,
+        t, field, step, trend, t_before, field_before, side, steps, outcome,
     }
 }
 
@@ -21,7 +21,7 @@ lanes! {
 pub(super) mod outcome {
     use sdfc_shaders::marching::{SHOWN, Status};
 
-    pub(in crate::cpu) const UNDER_WAY: f32 = 0.0;
+    pub(in crate::cpu) const ACTIVE: f32 = 0.0;
     pub(in crate::cpu) const HIT: f32 = 1.0;
     pub(in crate::cpu) const EXITED: f32 = 2.0;
     pub(in crate::cpu) const STEP_CAP: f32 = 3.0;
@@ -40,7 +40,7 @@ pub(super) mod outcome {
     }
 }
 
-/// Returns the side of the surface, given that of the previous step: a ray that starts where the field is
+/// Returns the side of the surface, given that of the previous step. A ray that starts where the field is
 /// below zero sees the surface from inside.
 #[inline(always)]
 pub(super) fn initial_side(steps: f32, t: f32, distance: f32, side: f32) -> f32 {
@@ -65,30 +65,30 @@ macro_rules! step_lane {
             distance,
             $choice.hide($b.side.0[$i]),
         );
-        let half = camera::half_pixel(t, $frame.footprint, $frame.footprint_growth);
-        let threshold = marching::threshold(t, half, $frame.cone, $frame.rounding);
+        let half = camera::half_pixel(t, $frame.half_pixel_size, $frame.half_pixel_growth);
+        let threshold = marching::threshold(t, half, $frame.threshold_fraction, $frame.rounding);
         let $next = marching::march_step(
             $choice.hide($b.t.0[$i]),
-            $choice.hide($b.radius.0[$i]),
+            $choice.hide($b.field.0[$i]),
             $choice.hide($b.step.0[$i]),
             $choice.hide($b.trend.0[$i]),
             $choice.hide($b.t_before.0[$i]),
-            $choice.hide($b.radius_before.0[$i]),
+            $choice.hide($b.field_before.0[$i]),
             distance * side * $factor,
             steps,
             threshold,
             half,
             $frame.relaxation,
             marching::rounding_at(t, $frame.rounding),
-            $frame.raw,
+            $frame.is_raw,
             $b.exit_t.0[$i],
         );
         let is_near_surface = marching::accept_at_step_cap(
             $next.t,
-            $next.radius,
+            $next.field,
             $next.trend,
             $next.t_before,
-            $next.radius_before,
+            $next.field_before,
             half.max(threshold),
             $frame.far,
         ) > 0.0;
@@ -100,7 +100,7 @@ macro_rules! step_lane {
         let $out = if steps >= $frame.max_steps as f32 {
             capped
         } else {
-            outcome::UNDER_WAY
+            outcome::ACTIVE
         };
         let out = $decide;
         let out = if is_nan(distance) {
@@ -109,11 +109,11 @@ macro_rules! step_lane {
             out
         };
         $b.t.0[$i] = $next.t;
-        $b.radius.0[$i] = $next.radius;
+        $b.field.0[$i] = $next.field;
         $b.step.0[$i] = $next.step;
         $b.trend.0[$i] = $next.trend;
         $b.t_before.0[$i] = $next.t_before;
-        $b.radius_before.0[$i] = $next.radius_before;
+        $b.field_before.0[$i] = $next.field_before;
         $b.side.0[$i] = side;
         $b.steps.0[$i] = steps;
         $b.outcome.0[$i] = out;
@@ -165,11 +165,11 @@ impl RayTask for March<'_> {
         b.direction_z.0[lane] = direction.z;
         b.exit_t.0[lane] = bounds.y;
         b.t.0[lane] = ray.t;
-        b.radius.0[lane] = 0.0;
+        b.field.0[lane] = 0.0;
         b.step.0[lane] = 0.0;
         b.trend.0[lane] = ray.trend;
         b.t_before.0[lane] = ray.t_before;
-        b.radius_before.0[lane] = 0.0;
+        b.field_before.0[lane] = 0.0;
         b.side.0[lane] = 1.0;
         b.steps.0[lane] = 0.0;
         true
@@ -206,7 +206,7 @@ impl RayTask for March<'_> {
             });
         }
         for (ended, &out) in ended.iter_mut().zip(&b.outcome.0) {
-            *ended = out != outcome::UNDER_WAY;
+            *ended = out != outcome::ACTIVE;
         }
     }
 
@@ -214,11 +214,11 @@ impl RayTask for March<'_> {
         let status = outcome::status(b.outcome.0[lane]);
         self.rays[item as usize] = RayState {
             t: b.t.0[lane],
-            radius: b.radius.0[lane],
+            field: b.field.0[lane],
             step: b.step.0[lane],
             trend: b.trend.0[lane],
             t_before: b.t_before.0[lane],
-            radius_before: b.radius_before.0[lane],
+            field_before: b.field_before.0[lane],
             status: status | if b.side.0[lane] < 0.0 { FROM_INSIDE } else { 0 },
             steps: b.steps.0[lane] as u32,
         };
@@ -251,8 +251,8 @@ impl RayTask for RootRefinement<'_> {
             return false;
         }
         let rounding = marching::rounding_at(ray.t, f.rounding);
-        let (t, field, other, field_other) = (ray.t, ray.radius, ray.t_before, ray.radius_before);
-        if marching::is_settled(t, field, other, field_other, rounding, f.raw) > 0.0 {
+        let (t, field, other, field_other) = (ray.t, ray.field, ray.t_before, ray.field_before);
+        if marching::is_settled(t, field, other, field_other, rounding, f.is_raw) > 0.0 {
             ray.t = marching::secant_estimate(t, field, other, field_other);
             return false;
         }
@@ -266,10 +266,11 @@ impl RayTask for RootRefinement<'_> {
         b.direction_y.0[lane] = direction.y;
         b.direction_z.0[lane] = direction.z;
         b.t.0[lane] = ray.t;
-        b.field.0[lane] = ray.radius;
+        b.field.0[lane] = ray.field;
         b.t_other.0[lane] = ray.t_before;
-        b.field_other.0[lane] = ray.radius_before;
-        b.estimate.0[lane] = marching::next_estimate(t, field, other, field_other, rounding, f.raw);
+        b.field_other.0[lane] = ray.field_before;
+        b.estimate.0[lane] =
+            marching::next_estimate(t, field, other, field_other, rounding, f.is_raw);
         b.side.0[lane] = if ray.status & FROM_INSIDE != 0 {
             -1.0
         } else {
@@ -313,16 +314,16 @@ impl RayTask for RootRefinement<'_> {
             b.field_other.0[i] = select(next.field_other, b.field_other.0[i]);
             let (t, field) = (b.t.0[i], b.field.0[i]);
             let (other, field_other) = (b.t_other.0[i], b.field_other.0[i]);
-            let raw = self.frame.raw;
+            let is_raw = self.frame.is_raw;
             let rounding = marching::rounding_at(t, self.frame.rounding);
             let steps = b.steps.0[i] + 1.0;
             *ended = (steps >= MAX_SECANT_STEPS as f32)
                 | is_nan_value
-                | (marching::is_settled(t, field, other, field_other, rounding, raw) > 0.0);
+                | (marching::is_settled(t, field, other, field_other, rounding, is_raw) > 0.0);
             b.estimate.0[i] = if *ended {
                 marching::secant_estimate(t, field, other, field_other)
             } else {
-                marching::next_estimate(t, field, other, field_other, rounding, raw)
+                marching::next_estimate(t, field, other, field_other, rounding, is_raw)
             };
             b.steps.0[i] = steps;
         }

@@ -5,7 +5,7 @@ mod doubtful;
 use super::lanes::repeat_first;
 use super::packet::NO_LEAF;
 use super::tile::Tile;
-use super::{Evaluator, F32x64, LANES, Points, Query};
+use super::{Evaluator, F32x64, FieldQuantity, LANES, Points};
 use crate::render::ray::{camera_ray, vector};
 use doubtful::DoubtfulNormal;
 use glam::Vec3;
@@ -37,14 +37,14 @@ pub(super) fn find_normals(
     let (mut points, mut tap_distances) = (Points::default(), F32x64::default());
     let mut gradients = [F32x64::default(); 4];
     let shown = std::mem::take(&mut tile.shown);
-    let has_regions = evaluator.preferred_blocks(Query::Distances) == 1;
+    let has_regions = evaluator.preferred_blocks(FieldQuantity::Distances) == 1;
     if has_regions {
         // Largest distance of any tap from its point.
         let tap_distances = shown
             .iter()
             .map(|&item| tap_distance(frame, method, tile, item));
         let margin = 2.0 * tap_distances.fold(0.0, f32::max);
-        evaluator.prune_for_regions(Query::Distances, &tile.boxes_around(&shown, margin));
+        evaluator.prune_for_regions(FieldQuantity::Distances, &tile.boxes_around(&shown, margin));
     }
     for (region, items) in shown.chunks(LANES).enumerate() {
         evaluator.select_region(has_regions.then_some(region));
@@ -98,7 +98,7 @@ fn finite_differences(
 /// Returns the distance of a pixel's taps from its point.
 fn tap_distance(frame: &FrameUniforms, method: Normals, tile: &Tile, item: u32) -> f32 {
     let (p, t) = (tile.points[item as usize], tile.rays[item as usize].t);
-    let half = camera::half_pixel(t, frame.footprint, frame.footprint_growth);
+    let half = camera::half_pixel(t, frame.half_pixel_size, frame.half_pixel_growth);
     normals::tap_distance::<f32>(p, half, normals::tap_spread(method))
 }
 
@@ -193,12 +193,15 @@ pub(super) fn find_surfaces(
     tile: &mut Tile,
     evaluator: &mut dyn Evaluator,
 ) -> u64 {
-    let blocks = evaluator.preferred_blocks(Query::Surfaces);
+    let blocks = evaluator.preferred_blocks(FieldQuantity::Surfaces);
     let mut points = vec![Points::default(); blocks];
     let mut facing = vec![Points::default(); blocks];
     let mut surface_blocks = vec![SurfaceBlock::default(); blocks];
     if blocks == 1 {
-        evaluator.prune_for_regions(Query::Surfaces, &tile.boxes_around(&tile.shown, 0.0));
+        evaluator.prune_for_regions(
+            FieldQuantity::Surfaces,
+            &tile.boxes_around(&tile.shown, 0.0),
+        );
     }
     for (region, items) in tile.shown.chunks(blocks * LANES).enumerate() {
         evaluator.select_region((blocks == 1).then_some(region));

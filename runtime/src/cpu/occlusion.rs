@@ -8,7 +8,7 @@ mod candidate_check;
 
 use super::lanes::{any_nonzero, is_nan, lanes, repeat_first};
 use super::tile::Tile;
-use super::{Evaluator, F32x64, LANES, Points, Query};
+use super::{Evaluator, F32x64, FieldQuantity, LANES, Points};
 use crate::render::ray::vector;
 use candidate_check::OccluderCandidate;
 use sdfc_shaders::features::{Features, Occlusion};
@@ -57,11 +57,11 @@ pub(super) fn find_occlusion(
         count: features.occlusion.taps() as f32,
     };
     let shown = std::mem::take(&mut tile.shown);
-    let blocks = evaluator.preferred_blocks(Query::Distances);
+    let blocks = evaluator.preferred_blocks(FieldQuantity::Distances);
     let in_blocks = blocks > 1;
     if !in_blocks {
         let regions = tile.boxes_around(&shown, frame.occlusion_reach);
-        evaluator.prune_for_regions(Query::Distances, &regions);
+        evaluator.prune_for_regions(FieldQuantity::Distances, &regions);
     }
     let is_hemisphere = matches!(features.occlusion, Occlusion::Multi(_));
     let mut candidates = Vec::new();

@@ -53,7 +53,7 @@ lanes! {
     /// Rays under way in a leaf.
     LeafRays {
         lane, origin_x, origin_y, origin_z, direction_x, direction_y, direction_z, exit_t,
-        t, radius, step, trend, t_before, radius_before, side, steps, outcome, slope, decrease_max, decrease_min,
+        t, field, step, trend, t_before, field_before, side, steps, outcome, slope, decrease_max, decrease_min,
     }
 }
 
@@ -85,7 +85,7 @@ pub(super) struct Marcher {
 /// Reports whether all rays are parallel to an axis.
 fn is_axis_aligned(frame: &FrameUniforms) -> bool {
     let nonzero_axes = frame.forward.iter().filter(|d| d.abs() > 1e-6).count();
-    frame.footprint_growth == 0.0 && nonzero_axes == 1
+    frame.half_pixel_growth == 0.0 && nonzero_axes == 1
 }
 
 /// Number of steps in a leaf after which interval bounds cull the remaining segments, and factor to the
@@ -169,7 +169,7 @@ impl Marcher {
         evaluations
     }
 
-    /// Finds the side of the surface on which the rays start, before any goes through a leaf: their origin
+    /// Finds the side of the surface on which the rays start, before any goes through a leaf. Their origin
     /// may lie on the face between two leaves.
     fn find_sides(&mut self, cells: &Cells, lanes: usize, evaluator: &mut dyn Evaluator) {
         let mut previous: Option<([f32; 3], f32)> = None;
@@ -248,10 +248,10 @@ impl Marcher {
             self.values.0[count] = self.values.0[lane];
             count += 1;
         }
-        b.radius = F32x64::default();
+        b.field = F32x64::default();
         b.step = F32x64::default();
         b.trend = F32x64([-1.0; LANES]);
-        b.radius_before = F32x64::default();
+        b.field_before = F32x64::default();
         count
     }
 
@@ -280,7 +280,7 @@ impl Marcher {
     }
 
     /// Marches these rays through the leaf. The rays that the entry test does not cull are collected. Of
-    /// these, the ended ones stay in their lanes until they occupy half of the lanes: carrying them along
+    /// these, the ended ones stay in their lanes until they occupy half of the lanes. Carrying them along
     /// costs less than moving the others each time.
     fn march_leaf(
         &mut self,
@@ -304,31 +304,31 @@ impl Marcher {
         let mut count = self.collect(remaining);
         bound_directions(cell, &mut self.leaf_rays);
         self.hit_count = 0;
-        let mut under_way = first_lanes(count);
+        let mut active = first_lanes(count);
         let mut next_cull = match cell.gradient {
             Some(_) => INTERVAL_CULL_STEPS_WITH_GRADIENT,
             None => INTERVAL_CULL_STEPS,
         };
         for steps in 1.. {
             let remaining_rays =
-                under_way & advance(frame, cell, &self.values, count, &mut self.leaf_rays);
-            if remaining_rays != under_way {
-                self.retire(frame, under_way & !remaining_rays, cell_index, items, rays);
-                (under_way, count) = self.compact_lanes(remaining_rays, count);
+                active & advance(frame, cell, &self.values, count, &mut self.leaf_rays);
+            if remaining_rays != active {
+                self.retire(frame, active & !remaining_rays, cell_index, items, rays);
+                (active, count) = self.compact_lanes(remaining_rays, count);
             }
-            if steps == next_cull && under_way != 0 {
+            if steps == next_cull && active != 0 {
                 next_cull *= INTERVAL_CULL_STEPS;
                 evaluations += self.cull_by_interval(cell_index, count, evaluator);
-                let remaining_rays = under_way & lanes_under_way(&self.leaf_rays);
-                self.retire(frame, under_way & !remaining_rays, cell_index, items, rays);
-                (under_way, count) = self.compact_lanes(remaining_rays, count);
+                let remaining_rays = active & active_lanes(&self.leaf_rays);
+                self.retire(frame, active & !remaining_rays, cell_index, items, rays);
+                (active, count) = self.compact_lanes(remaining_rays, count);
             }
-            if under_way == 0 {
+            if active == 0 {
                 break;
             }
             next_points(&self.leaf_rays, count, &mut self.points);
             evaluator.distances_in_cell(cell_index, &self.points, count, &mut self.values);
-            evaluations += u64::from(under_way.count_ones());
+            evaluations += u64::from(active.count_ones());
         }
         evaluations + self.refine_hits(frame, cell_index, items, rays, evaluator)
     }
@@ -339,7 +339,7 @@ impl Marcher {
         remaining_boxes(&self.leaf_rays, count, &mut self.boxes);
         let has_bounds = evaluator.ranges_in_cell(cell, &self.boxes, count, &mut self.range);
         if !has_bounds {
-            self.leaf_rays.outcome = F32x64([outcome::UNDER_WAY; LANES]);
+            self.leaf_rays.outcome = F32x64([outcome::ACTIVE; LANES]);
             return 0;
         }
         cull_clear(&self.range, count, &mut self.leaf_rays);
@@ -362,13 +362,13 @@ impl Marcher {
 
     /// Moves the rays under way to the front if that halves the lanes that are evaluated. Returns their
     /// lanes, and the number of lanes to evaluate.
-    fn compact_lanes(&mut self, under_way: u64, count: usize) -> (u64, usize) {
-        let ray_count = under_way.count_ones() as usize;
+    fn compact_lanes(&mut self, active: u64, count: usize) -> (u64, usize) {
+        let ray_count = active.count_ones() as usize;
         if whole_chunks(ray_count) * 2 > whole_chunks(count) {
-            return (under_way, count);
+            return (active, count);
         }
         let front = first_lanes(ray_count);
-        let (mut free, mut beyond_front) = (front & !under_way, under_way & !front);
+        let (mut free, mut beyond_front) = (front & !active, active & !front);
         while beyond_front != 0 {
             let (from, to) = (beyond_front.trailing_zeros(), free.trailing_zeros());
             self.leaf_rays.move_lane(from as usize, to as usize);
@@ -408,9 +408,9 @@ impl Marcher {
             self.packet.end_t.0[lane] = b.t.0[slot];
             let ray = &mut rays[items[lane] as usize];
             ray.t = b.t.0[slot];
-            ray.radius = b.field.0[slot] * b.slope.0[slot];
+            ray.field = b.field.0[slot] * b.slope.0[slot];
             ray.t_before = b.t_other.0[slot];
-            ray.radius_before = b.field_other.0[slot] * b.slope.0[slot];
+            ray.field_before = b.field_other.0[slot] * b.slope.0[slot];
         }
         evaluations
     }
@@ -430,9 +430,9 @@ impl Marcher {
         self.packet.side.0[lane] = b.side.0[slot];
         // The sphere around the last point is empty beyond the leaf, too.
         let slope = b.slope.0[slot];
-        let radius = b.radius.0[slot] * slope;
-        self.packet.clear_from.0[lane] = b.t.0[slot] - radius;
-        self.packet.clear_to.0[lane] = b.t.0[slot] + radius;
+        let clear_radius = b.field.0[slot] * slope;
+        self.packet.clear_from.0[lane] = b.t.0[slot] - clear_radius;
+        self.packet.clear_to.0[lane] = b.t.0[slot] + clear_radius;
         let outcome = b.outcome.0[slot];
         if outcome == outcome::EXITED {
             return;
@@ -450,16 +450,16 @@ impl Marcher {
             r.direction_z.0[hit] = b.direction_z.0[slot];
             // The field is below zero from the entry on: rounding hid the root, which lies a little before
             // the leaf.
-            let is_before = radius < 0.0 && b.radius_before.0[slot] == 0.0;
+            let is_before = clear_radius < 0.0 && b.field_before.0[slot] == 0.0;
             let rounding = marching::rounding_at(b.t.0[slot], frame.rounding);
-            let hidden_depth = marching::sign_margin(rounding, 1.0, frame.raw) * 2.0;
+            let hidden_depth = marching::sign_margin(rounding, 1.0, frame.is_raw) * 2.0;
             let step_back = if is_before { hidden_depth } else { 0.0 };
             r.low.0[hit] = self.packet.entry_t.0[lane] - step_back;
             r.high.0[hit] = b.exit_t.0[slot];
             r.t.0[hit] = b.t.0[slot];
-            r.field.0[hit] = b.radius.0[slot];
+            r.field.0[hit] = b.field.0[slot];
             r.t_other.0[hit] = b.t_before.0[slot] - step_back;
-            r.field_other.0[hit] = b.radius_before.0[slot];
+            r.field_other.0[hit] = b.field_before.0[slot];
             r.side.0[hit] = b.side.0[slot];
             r.slope.0[hit] = slope;
         }
@@ -468,11 +468,11 @@ impl Marcher {
         self.hit_leaves[lane] = cell;
         rays[items[lane] as usize] = RayState {
             t: b.t.0[slot],
-            radius: b.radius.0[slot] * slope,
+            field: b.field.0[slot] * slope,
             step: b.step.0[slot],
             trend: b.trend.0[slot],
             t_before: b.t_before.0[slot],
-            radius_before: b.radius_before.0[slot] * slope,
+            field_before: b.field_before.0[slot] * slope,
             status: outcome::status(outcome),
             steps: 0,
         };
@@ -518,16 +518,16 @@ fn next_points_body(b: &LeafRays, count: usize, points: &mut Points) {
 
 multiversion! {
     /// Mask of the lanes whose rays are under way.
-    fn lanes_under_way(leaf_rays: &LeafRays) -> u64 = lanes_under_way_body;
+    fn active_lanes(leaf_rays: &LeafRays) -> u64 = active_lanes_body;
 }
 
 #[inline(always)]
-fn lanes_under_way_body(b: &LeafRays) -> u64 {
-    let mut under_way = 0;
+fn active_lanes_body(b: &LeafRays) -> u64 {
+    let mut active = 0;
     for (i, &out) in b.outcome.0.iter().enumerate() {
-        under_way |= u64::from(out == outcome::UNDER_WAY) << i;
+        active |= u64::from(out == outcome::ACTIVE) << i;
     }
-    under_way
+    active
 }
 
 multiversion! {
@@ -554,7 +554,7 @@ fn advance_body(
             // Behind a discontinuity there may be a surface: the ray goes on to the leaf's face, and reads
             // the sign there.
             let is_at_face = remaining <= next.t.abs() * f32::EPSILON;
-            let is_through = misses_leaf(next.t, next.radius, next.step, decrease_max, remaining)
+            let is_through = misses_leaf(next.t, next.field, next.step, decrease_max, remaining)
                 & (!cell.may_be_discontinuous | is_at_face);
             let out = if is_through { outcome::EXITED } else { out };
             if next.arrived > 0.0 {
@@ -570,17 +570,17 @@ fn advance_body(
         // of the least and the greatest rate of decrease.
         let (min_decrease, max_decrease) =
             (b.decrease_min.0[i] / slope, b.decrease_max.0[i] / slope);
-        let under_way = b.outcome.0[i] == outcome::UNDER_WAY;
+        let active = b.outcome.0[i] == outcome::ACTIVE;
         let is_even = max_decrease < min_decrease * MAX_DECREASE_RATIO;
-        let (radius, falls) = (b.radius.0[i], min_decrease * remaining);
+        let (field, falls) = (b.field.0[i], min_decrease * remaining);
         let rounding = marching::rounding_at(b.exit_t.0[i], f.rounding);
-        let depth = marching::sign_margin(rounding, min_decrease, f.raw);
-        let is_certain = under_way & is_even & (radius > 0.0) & (radius + depth < falls);
+        let depth = marching::sign_margin(rounding, min_decrease, f.is_raw);
+        let is_certain = active & is_even & (field > 0.0) & (field + depth < falls);
         let select = |new: f32, old: f32| choice.choose(is_certain, new, old);
         b.outcome.0[i] = select(outcome::HIT, b.outcome.0[i]);
         b.t_before.0[i] = select(b.exit_t.0[i], b.t_before.0[i]);
-        let end_value = radius - (min_decrease + max_decrease) * 0.5 * remaining;
-        b.radius_before.0[i] = select(Real::min(end_value, -depth), b.radius_before.0[i]);
+        let end_value = field - (min_decrease + max_decrease) * 0.5 * remaining;
+        b.field_before.0[i] = select(Real::min(end_value, -depth), b.field_before.0[i]);
     }
-    lanes_under_way_body(b)
+    active_lanes_body(b)
 }

@@ -18,7 +18,7 @@ lanes! {
     /// Rays towards a light.
     ShadowLanes {
         start_x, start_y, start_z, direction_x, direction_y, direction_z, exit_t,
-        axis_x, axis_y, axis_z, light_t, size, number, best_visibility, clear_t, start_steps,
+        axis_x, axis_y, axis_z, light_t, size, ray_number, best_visibility, clear_t, steps_before,
         t, visibility, steps, min_step, side, rounding, field_before, step, slope_before, last_visibility, candidate_t,
         ends_after_check, moves,
         value, phase, round, gradient_x, gradient_y, gradient_z, offset_x, offset_y, offset_z,
@@ -27,7 +27,7 @@ lanes! {
 
 const HARD: u32 = ShadowForm::Hard as u32;
 const PLAIN: u32 = ShadowForm::Plain as u32;
-const IMPROVED: u32 = ShadowForm::Improved as u32;
+const SOFT: u32 = ShadowForm::Soft as u32;
 const SIZED: u32 = ShadowForm::Sized as u32;
 
 /// Rays towards a light whose shadow has the form `FORM`: items are indices in the tile.
@@ -69,7 +69,7 @@ pub(super) fn cast(
         }
         ShadowForm::Hard => cast!(HARD),
         ShadowForm::Plain => cast!(PLAIN),
-        ShadowForm::Improved => cast!(IMPROVED),
+        ShadowForm::Soft => cast!(SOFT),
         ShadowForm::Sized => cast!(SIZED),
     }
 }
@@ -88,7 +88,7 @@ impl<const FORM: u32> RayTask for ShadowRays<'_, FORM> {
             self.light_visibility[item as usize] = 0.0;
             return false;
         }
-        let half = camera::half_pixel(primary_ray.t, f.footprint, f.footprint_growth);
+        let half = camera::half_pixel(primary_ray.t, f.half_pixel_size, f.half_pixel_growth);
         let rounding = marching::rounding_at(primary_ray.t, f.rounding);
         let is_sharp = if FORM == HARD { 1.0 } else { 0.0 };
         let lift = normals::lift::<f32>(p, half, rounding, is_sharp);
@@ -146,10 +146,10 @@ impl<const FORM: u32> RayTask for ShadowRays<'_, FORM> {
             b.axis_y.0[lane] = direction.y;
             b.axis_z.0[lane] = direction.z;
             b.size.0[lane] = self.light.size;
-            b.number.0[lane] = 0.0;
+            b.ray_number.0[lane] = 0.0;
             b.best_visibility.0[lane] = -1.0;
             b.clear_t.0[lane] = start_t;
-            b.start_steps.0[lane] = 0.0;
+            b.steps_before.0[lane] = 0.0;
         }
         true
     }
@@ -164,14 +164,14 @@ impl<const FORM: u32> RayTask for ShadowRays<'_, FORM> {
             points[1].0[i] = p.y;
             points[2].0[i] = p.z;
         }
-        if FORM == SIZED && any_nonzero(&b.number) {
+        if FORM == SIZED && any_nonzero(&b.ray_number) {
             for i in 0..LANES {
-                let to_center = lane_axis(b, i) * b.light_t.0[i];
+                let to_centre = lane_axis(b, i) * b.light_t.0[i];
                 let is_measuring = b.size.0[i] == 0.0;
                 let add = |to: f32, offset: f32| if is_measuring { to + offset } else { to };
-                points[0].0[i] = add(points[0].0[i], to_center.x);
-                points[1].0[i] = add(points[1].0[i], to_center.y);
-                points[2].0[i] = add(points[2].0[i], to_center.z);
+                points[0].0[i] = add(points[0].0[i], to_centre.x);
+                points[1].0[i] = add(points[1].0[i], to_centre.y);
+                points[2].0[i] = add(points[2].0[i], to_centre.z);
             }
         }
     }
@@ -180,29 +180,32 @@ impl<const FORM: u32> RayTask for ShadowRays<'_, FORM> {
     fn advance(&self, b: &mut ShadowLanes, values: &F32x64, ended: &mut [bool; LANES]) {
         // Copied here, since the loop's writes could alias the fields behind a pointer.
         let light_params = self.light_params();
-        let mut ray_ends = sized::Ends::default();
+        let mut transitions = sized::RayTransitions::default();
         for (i, ended) in ended.iter_mut().enumerate() {
             b.steps.0[i] += 1.0;
             let field = values.0[i] * b.side.0[i];
             if FORM == SIZED {
-                (*ended, ray_ends.kind.0[i], ray_ends.amount.0[i]) =
-                    light_params.step_sized(b, i, field);
+                (
+                    *ended,
+                    transitions.kind.0[i],
+                    transitions.visibility_or_size.0[i],
+                ) = light_params.step_sized(b, i, field);
             } else {
                 *ended = light_params.step(b, i, field);
             }
         }
         if FORM == SIZED {
-            light_params.begin_next_rays(b, &ray_ends, ended);
+            light_params.begin_next_rays(b, &transitions, ended);
         }
     }
 
     #[inline(always)]
-    fn aside_mask(b: &ShadowLanes) -> Option<&F32x64> {
+    fn divergent_mask(b: &ShadowLanes) -> Option<&F32x64> {
         has_penumbra(FORM).then_some(&b.phase)
     }
 
     #[inline(always)]
-    fn points_aside(&self, b: &ShadowLanes, points: &mut Points) {
+    fn divergent_points(&self, b: &ShadowLanes, points: &mut Points) {
         for i in 0..LANES {
             let limit = shadow::candidate_limit(
                 b.candidate_t.0[i],
@@ -219,27 +222,27 @@ impl<const FORM: u32> RayTask for ShadowRays<'_, FORM> {
     }
 
     #[inline(always)]
-    fn advance_aside(&self, b: &mut ShadowLanes, values: &F32x64, ended: &mut [bool; LANES]) {
+    fn advance_divergent(&self, b: &mut ShadowLanes, values: &F32x64, ended: &mut [bool; LANES]) {
         let light_params = self.light_params();
-        let mut ray_ends = sized::Ends::default();
+        let mut transitions = sized::RayTransitions::default();
         for (i, ended) in ended.iter_mut().enumerate() {
             b.steps.0[i] += 1.0;
             let field = values.0[i] * b.side.0[i];
             let (is_out_of_steps, is_last) = light_params.step_check(b, i, field);
             *ended = is_out_of_steps | is_nan(field) | (is_last & (FORM != SIZED));
             if FORM == SIZED {
-                ray_ends.kind.0[i] = if is_last { sized::RAY_ENDED } else { 0.0 };
-                ray_ends.amount.0[i] = b.visibility.0[i];
+                transitions.kind.0[i] = if is_last { sized::RAY_ENDED } else { 0.0 };
+                transitions.visibility_or_size.0[i] = b.visibility.0[i];
             }
         }
         if FORM == SIZED {
-            light_params.begin_next_rays(b, &ray_ends, ended);
+            light_params.begin_next_rays(b, &transitions, ended);
         }
     }
 
     fn end(&mut self, item: u32, b: &ShadowLanes, lane: usize) {
         let visibility = match FORM {
-            SIZED if b.number.0[lane] > 0.0 => b.best_visibility.0[lane],
+            SIZED if b.ray_number.0[lane] > 0.0 => b.best_visibility.0[lane],
             _ => b.visibility.0[lane],
         };
         self.light_visibility[item as usize] = match FORM {
@@ -256,7 +259,7 @@ impl<const FORM: u32> ShadowRays<'_, FORM> {
         LightParams {
             size: self.light.size,
             is_positional: self.light.is_positional,
-            raw: self.frame.raw,
+            is_raw: self.frame.is_raw,
             low: vector(self.frame.bounds_min),
             high: vector(self.frame.bounds_max),
             max_steps: self.frame.max_shadow_steps as f32,
@@ -324,16 +327,16 @@ fn begin_candidate_check(
     begins: bool,
     is_at_end: bool,
 ) {
-    let set = |old: f32, new: f32| choice.choose(begins, new, old);
-    b.phase.0[i] = set(b.phase.0[i], 1.0);
-    b.round.0[i] = set(b.round.0[i], 0.0);
-    b.offset_x.0[i] = set(b.offset_x.0[i], 0.0);
-    b.offset_y.0[i] = set(b.offset_y.0[i], 0.0);
-    b.offset_z.0[i] = set(b.offset_z.0[i], 0.0);
-    b.gradient_x.0[i] = set(b.gradient_x.0[i], 0.0);
-    b.gradient_y.0[i] = set(b.gradient_y.0[i], 0.0);
-    b.gradient_z.0[i] = set(b.gradient_z.0[i], 0.0);
-    b.ends_after_check.0[i] = set(b.ends_after_check.0[i], if is_at_end { 1.0 } else { 0.0 });
+    let select = |new: f32, old: f32| choice.choose(begins, new, old);
+    b.phase.0[i] = select(1.0, b.phase.0[i]);
+    b.round.0[i] = select(0.0, b.round.0[i]);
+    b.offset_x.0[i] = select(0.0, b.offset_x.0[i]);
+    b.offset_y.0[i] = select(0.0, b.offset_y.0[i]);
+    b.offset_z.0[i] = select(0.0, b.offset_z.0[i]);
+    b.gradient_x.0[i] = select(0.0, b.gradient_x.0[i]);
+    b.gradient_y.0[i] = select(0.0, b.gradient_y.0[i]);
+    b.gradient_z.0[i] = select(0.0, b.gradient_z.0[i]);
+    b.ends_after_check.0[i] = select(if is_at_end { 1.0 } else { 0.0 }, b.ends_after_check.0[i]);
 }
 
 /// Parameters that all rays towards a light share.
@@ -343,8 +346,8 @@ struct LightParams<const FORM: u32> {
     size: f32,
     /// 0 for a directional light, 1 for a point light.
     is_positional: f32,
-    /// 1 where the length of the field's gradient is unknown, else 0.
-    raw: f32,
+    /// 1 where raw fields occur, so that the gradient may have any length; else 0.
+    is_raw: f32,
     /// Lower corner of the scene's bounds, outside of which there is nothing.
     low: V3<f32>,
     /// Upper corner of the scene's bounds.
@@ -360,14 +363,14 @@ impl<const FORM: u32> LightParams<FORM> {
     /// An occluder candidate is checked once the next sample is no candidate, or at the end of the
     /// ray.
     #[inline(always)]
-    fn step(self, b: &mut ShadowLanes, i: usize, h: f32) -> bool {
+    fn step(self, b: &mut ShadowLanes, i: usize, field: f32) -> bool {
         let (t, v) = (b.t.0[i], b.visibility.0[i]);
-        let slope = shadow::slope(h, b.field_before.0[i], b.step.0[i]);
-        let sign_margin = marching::sign_margin(b.rounding.0[i], slope, self.raw);
+        let slope = shadow::slope(field, b.field_before.0[i], b.step.0[i]);
+        let sign_margin = marching::sign_margin(b.rounding.0[i], slope, self.is_raw);
         let min_stride = b.min_step.0[i] * shadow::late_speedup(b.steps.0[i]);
         let next = match FORM {
-            PLAIN => shadow::short_stride(h, t, min_stride, self.size),
-            _ => shadow::stride(h, t, min_stride, self.size),
+            PLAIN => shadow::short_stride(field, t, min_stride, self.size),
+            _ => shadow::stride(field, t, min_stride, self.size),
         };
         // The last point is the end of the ray itself, wherever the previous steps were.
         let remaining = b.exit_t.0[i] - t;
@@ -375,9 +378,9 @@ impl<const FORM: u32> LightParams<FORM> {
         let next = if next < remaining { next } else { remaining };
         let out_of_steps = b.steps.0[i] >= self.max_steps;
         let is_at_end = (t >= b.exit_t.0[i]) | out_of_steps;
-        let is_nan_value = is_nan(h);
+        let is_nan_value = is_nan(field);
         let back_step = shadow::step_to_passed_sheet(
-            h,
+            field,
             b.field_before.0[i],
             b.step.0[i],
             b.slope_before.0[i],
@@ -389,27 +392,27 @@ impl<const FORM: u32> LightParams<FORM> {
         } else {
             next
         };
-        let keep = |old: f32, new: f32| self.choice.choose(!goes_back, new, old);
+        let select = |new: f32, old: f32| self.choice.choose(!goes_back, new, old);
         b.t.0[i] = t + next;
-        b.field_before.0[i] = keep(b.field_before.0[i], h);
+        b.field_before.0[i] = select(field, b.field_before.0[i]);
         b.step.0[i] = if goes_back { back_step } else { next };
         b.slope_before.0[i] = if goes_back { 0.0 } else { slope };
         if !has_penumbra(FORM) {
-            let sample_visibility = keep(v, shadow::hard_visibility(v, h, sign_margin));
+            let sample_visibility = select(shadow::hard_visibility(v, field, sign_margin), v);
             b.visibility.0[i] = sample_visibility;
             return !goes_back & (is_at_end | (sample_visibility <= 0.0) | is_nan_value);
         }
-        let sample_visibility = shadow::visibility_at(h, t, self.size);
-        let is_inside = (h < -sign_margin) & !goes_back;
+        let sample_visibility = shadow::visibility_at(field, t, self.size);
+        let is_inside = (field < -sign_margin) & !goes_back;
         let is_candidate =
             (shadow::is_candidate(sample_visibility, b.last_visibility.0[i], v) > 0.0) & !goes_back;
-        let if_candidate = |old: f32, new: f32| self.choice.choose(is_candidate, new, old);
-        b.candidate_t.0[i] = if_candidate(b.candidate_t.0[i], t);
-        b.value.0[i] = if_candidate(b.value.0[i], h);
-        b.last_visibility.0[i] = keep(b.last_visibility.0[i], sample_visibility);
-        let is_maximum_passed = (!is_candidate | is_at_end) & !goes_back;
+        let if_candidate = |new: f32, old: f32| self.choice.choose(is_candidate, new, old);
+        b.candidate_t.0[i] = if_candidate(t, b.candidate_t.0[i]);
+        b.value.0[i] = if_candidate(field, b.value.0[i]);
+        b.last_visibility.0[i] = select(sample_visibility, b.last_visibility.0[i]);
+        let has_passed_minimum = (!is_candidate | is_at_end) & !goes_back;
         let has_candidate = b.candidate_t.0[i] > 0.0;
-        let begins = is_maximum_passed & has_candidate & !out_of_steps & !is_inside;
+        let begins = has_passed_minimum & has_candidate & !out_of_steps & !is_inside;
         begin_candidate_check(self.choice, b, i, begins, is_at_end);
         b.visibility.0[i] = self.choice.choose(is_inside, 0.0, v);
         !goes_back & (is_inside | (is_at_end & !begins) | is_nan_value)

@@ -55,11 +55,11 @@ impl WithFallback {
             return result;
         }
         self.engine = Box::new(CpuEngine::default());
-        if let Some((module, outputs)) = &self.scene {
+        if let Some((module, uniform_values)) = &self.scene {
             let generated = SceneSource::default();
             self.engine.load(&SceneInput {
                 module,
-                outputs,
+                uniform_values,
                 generated,
             })?;
         }
@@ -75,12 +75,12 @@ impl Engine for WithFallback {
         self.engine.device()
     }
     fn load(&mut self, scene: &SceneInput<'_>) -> Result<(), EngineError> {
-        self.scene = Some((scene.module.clone(), scene.outputs.to_vec()));
+        self.scene = Some((scene.module.clone(), scene.uniform_values.to_vec()));
         self.attempt(|engine| engine.load(scene))
     }
-    fn update(&mut self, module: &Module, outputs: &[f64]) -> Result<(), EngineError> {
-        self.attempt(|engine| engine.update(module, outputs))?;
-        self.scene = Some((module.clone(), outputs.to_vec()));
+    fn update(&mut self, module: &Module, uniform_values: &[f64]) -> Result<(), EngineError> {
+        self.attempt(|engine| engine.update(module, uniform_values))?;
+        self.scene = Some((module.clone(), uniform_values.to_vec()));
         Ok(())
     }
     fn render_samples(

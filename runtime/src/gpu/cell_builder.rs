@@ -37,8 +37,8 @@ const MAX_CHOICE_WORDS: u64 = 6 << 20;
 /// Maximum number of clauses of the cells of one dispatch. Each of 64 invocations walks through them three
 /// times, some milliseconds on a small graphics card.
 const MAX_DISPATCH_CLAUSES: u64 = 1 << 20;
-/// Number of dispatches; most of them find no jobs left.
-const DISPATCHES: usize = 48;
+/// Maximum number of dispatches; most of them find no jobs left.
+const MAX_DISPATCHES: usize = 48;
 /// Maximum number of cached kernels.
 const MAX_KERNELS: usize = 16;
 
@@ -153,24 +153,28 @@ pub(super) fn buffer_sizes(device: &DeviceInfo, filled: [u64; 2], program: usize
 
 impl GpuCellBuilder {
     /// Splits cells and waits until it is done, since the next dispatch is timed.
-    pub(super) fn build(&mut self, gpu: &Gpu, job: &SplitRequest<'_>) -> Result<(), EngineError> {
+    pub(super) fn build(
+        &mut self,
+        gpu: &Gpu,
+        request: &SplitRequest<'_>,
+    ) -> Result<(), EngineError> {
         let info = gpu.info();
         let buffer_limit = max_buffer_bytes(info);
         // Cells from before an edit stay in memory.
-        self.counts = match job.is_edit {
-            true => self.counts(gpu)?.with_fresh(job.cpu_counts.fresh),
-            false => job.cpu_counts,
+        self.counts = match request.is_edit {
+            true => self.counts(gpu)?.with_fresh(request.cpu_counts.fresh),
+            false => request.cpu_counts,
         };
         self.unread = 0;
         self.used = None;
         self.capacity = [
-            (job.nodes.size() / NODE_BYTES) as u32,
-            (job.tapes.size() / 8) as u32,
+            (request.nodes.size() / NODE_BYTES) as u32,
+            (request.tapes.size() / 8) as u32,
         ];
         let choices = MAX_CHOICE_WORDS.min((buffer_limit - 4 * SCRATCH_HEADER_WORDS as u64) / 4);
         let mut head = [0_u32; SCRATCH_HEADER_WORDS];
-        head[counter_index("NODES")] = job.used[0];
-        head[counter_index("TAPES")] = job.used[1];
+        head[counter_index("NODES")] = request.used[0];
+        head[counter_index("TAPES")] = request.used[1];
         let head_bytes = size_of_val(&head) as u64;
         let scratch = ensure_capacity(
             gpu,
@@ -179,7 +183,7 @@ impl GpuCellBuilder {
             head_bytes + 4 * choices,
         )?;
         let arguments = ensure_capacity(gpu, &mut self.arguments, BufferUsage::Arguments, 16)?;
-        let info_bytes = size_of_val(&*job.instruction_info) as u64;
+        let info_bytes = size_of_val(&*request.instruction_info) as u64;
         let instruction_info = ensure_capacity(
             gpu,
             &mut self.instruction_info,
@@ -187,9 +191,9 @@ impl GpuCellBuilder {
             info_bytes,
         )?;
         gpu.write(&scratch, &head)?;
-        gpu.write(&instruction_info, &job.instruction_info)?;
+        gpu.write(&instruction_info, &request.instruction_info)?;
         let mut batch = gpu.batch();
-        for (part, number) in job.parts.iter().zip(0..) {
+        for (part, number) in request.parts.iter().zip(0..) {
             // Jobs beyond the capacity of the queue are dropped: their cells keep their tapes.
             let queue_slots = (buffer_limit - QUEUE_HEADER_BYTES) / size_of::<CellJob>() as u64;
             let jobs = &part.jobs[..part.jobs.len().min(queue_slots as usize)];
@@ -230,25 +234,25 @@ impl GpuCellBuilder {
             let shared = [(SCRATCH_SLOT, &scratch), (JOB_QUEUE_SLOT, &job_queue)];
             let plan_buffers = [&shared[..], &[(ARGUMENTS_SLOT, &arguments)]].concat();
             let cell_buffers = [
-                (NODES_SLOT, job.nodes),
-                (TAPES_SLOT, job.tapes),
+                (NODES_SLOT, request.nodes),
+                (TAPES_SLOT, request.tapes),
                 (INSTRUCTION_INFO_SLOT, &instruction_info),
             ];
-            let program_buffers = job
+            let program_buffers = request
                 .program_buffers
                 .each_ref()
                 .map(|(binding, buffer)| (binding.slot, buffer));
             let split_buffers = [&shared[..], &cell_buffers, &program_buffers].concat();
             let key = SplitKernelKey {
                 requirements: part.requirements.clone(),
-                registers: job.registers,
-                constant_layout: job.constant_layout,
-                memory: job.memory,
+                registers: request.registers,
+                constant_layout: request.constant_layout,
+                memory: request.memory,
                 method: part.method,
             };
             let plan = gpu.bind(self.kernel(gpu, None)?, &plan_buffers)?;
             let kernel = gpu.bind(self.kernel(gpu, Some(key))?, &split_buffers)?;
-            for _ in 0..DISPATCHES {
+            for _ in 0..MAX_DISPATCHES {
                 batch.dispatch(&plan, Extent::Workgroups([1, 1, 1]))?;
                 batch.dispatch_indirect(&kernel, &arguments);
             }
@@ -307,7 +311,7 @@ impl GpuCellBuilder {
     }
 
     /// Creates the kernels that split cells of programs with these requirements, if they are missing and the
-    /// device can run them. The interval kernel is created only where devices split cells by default: it is
+    /// device can run them. The interval kernel is created only where devices split cells by default. It is
     /// large, and software takes as long to compile it as for half of all other kernels.
     pub(super) fn warm_up(
         &mut self,

@@ -73,23 +73,25 @@ impl<S: GpuScene> Engine for GpuEngine<S> {
         let gpu_scene = S::load(&self.runner.gpu, scene, self.kernel_mode, previous)?;
         self.runner.scene = Some(DeviceScene {
             gpu_scene,
-            facts: field_facts(scene.module, scene.outputs),
-            default_material: default_material(scene.module, scene.outputs),
+            facts: field_facts(scene.module, scene.uniform_values),
+            default_material: default_material(scene.module, scene.uniform_values),
             has_surface_program: scene.module.surface.is_some(),
         });
         self.runner
             .check_loop_limit(SceneFunction::Distance, 1, "one evaluation")
     }
 
-    fn update(&mut self, module: &Module, outputs: &[f64]) -> Result<(), EngineError> {
+    fn update(&mut self, module: &Module, uniform_values: &[f64]) -> Result<(), EngineError> {
         let scene = self
             .runner
             .scene
             .as_mut()
             .ok_or(EngineError::NothingLoaded)?;
-        scene.gpu_scene.update(&self.runner.gpu, module, outputs)?;
-        scene.facts = field_facts(module, outputs);
-        scene.default_material = default_material(module, outputs);
+        scene
+            .gpu_scene
+            .update(&self.runner.gpu, module, uniform_values)?;
+        scene.facts = field_facts(module, uniform_values);
+        scene.default_material = default_material(module, uniform_values);
         Ok(())
     }
 

@@ -1,6 +1,6 @@
-//! The interpreter on a GPU: both programs of a scene as words and constants in buffers, and a kernel with
-//! only the operations that they need. Another scene that needs no other operations runs in the same kernel,
-//! so an edit is a write to a buffer.
+//! The interpreter on a GPU. Both programs of a scene are words and constants in buffers, and a kernel
+//! contains only the operations that they need. Another scene that needs no other operations runs in the same
+//! kernel, so an edit is a write to a buffer.
 //!
 //! If cells are profitable, the kernel runs tapes ([`sdfc_shaders::interpreter::tape`]), and each render
 //! begins by splitting its part of space into cells ([`cells`]). They are split on the CPU, or, where kernels
@@ -72,14 +72,14 @@ pub(super) struct Interpreter {
     cell_cache: CellCache,
     cell_builder: GpuCellBuilder,
     /// The input that the buffers of the kernels hold.
-    bound_input: BoundInput,
+    uploaded_input: UploadedInput,
     /// The buffers that kernels read now: the program buffers, with the length or the cells.
     buffers: Vec<(BufferBinding, Buffer)>,
 }
 
 /// The input of the kernels.
 #[derive(Clone, Debug, PartialEq)]
-enum BoundInput {
+enum UploadedInput {
     /// Undecided or out of date.
     Unset,
     /// Stack programs.
@@ -93,7 +93,7 @@ enum BoundInput {
 /// Cells on the device.
 #[derive(Default)]
 struct CellBuffers {
-    /// Nodes, tapes and grid; each as large as the largest so far.
+    /// Nodes, tapes and grid. Each buffer only grows.
     buffers: Vec<(BufferBinding, Buffer)>,
     /// The registers of the kernels.
     registers: KernelRegisters,
@@ -152,8 +152,8 @@ impl GpuScene for Interpreter {
         self.programs = new_programs.map(|program| program.cloned().map(Arc::new));
         // Other constants prune to other tapes.
         self.tapes = None;
-        if matches!(self.bound_input, BoundInput::Cells(_)) {
-            self.bound_input = BoundInput::Unset;
+        if matches!(self.uploaded_input, UploadedInput::Cells(_)) {
+            self.uploaded_input = UploadedInput::Unset;
         }
         let constants = self.constant_layout().constants(existing(&self.programs));
         Ok(gpu.write(&self.program_buffers[1].1, &constants)?)
@@ -171,9 +171,9 @@ impl GpuScene for Interpreter {
             Some((registers, CacheKey::for_job(job, on_device)?))
         });
         let Some((registers, key)) = planned else {
-            return self.bind_without_cells(gpu);
+            return self.upload_without_cells(gpu);
         };
-        if self.bound_input == BoundInput::Cells(key.clone()) {
+        if self.uploaded_input == UploadedInput::Cells(key.clone()) {
             return Ok(false);
         }
         // Cells that exceed a buffer's limit are not used.
@@ -189,17 +189,17 @@ impl GpuScene for Interpreter {
         else {
             // The device no longer holds the cached cells.
             self.cell_builder.reset(CellStats::default());
-            return self.bind_without_cells(gpu);
+            return self.upload_without_cells(gpu);
         };
-        self.bind_cells(gpu, upload)?;
-        self.bound_input = BoundInput::Cells(key);
+        self.upload_cells(gpu, upload)?;
+        self.uploaded_input = UploadedInput::Cells(key);
         Ok(true)
     }
 
     fn cells(&mut self, gpu: &Gpu) -> Result<CellStats, EngineError> {
-        match self.bound_input {
-            BoundInput::Cells(_) => self.cell_builder.counts(gpu),
-            BoundInput::Unset | BoundInput::Programs | BoundInput::FullTapes => {
+        match self.uploaded_input {
+            UploadedInput::Cells(_) => self.cell_builder.counts(gpu),
+            UploadedInput::Unset | UploadedInput::Programs | UploadedInput::FullTapes => {
                 Ok(CellStats::default())
             }
         }
@@ -269,7 +269,7 @@ impl GpuScene for Interpreter {
             SceneFunction::Surface => surface,
         };
         let lookup = if self.runs_tapes() {
-            LOOKUP_ITERATIONS
+            MAX_LOOKUP_ITERATIONS
         } else {
             0
         };
@@ -277,8 +277,8 @@ impl GpuScene for Interpreter {
     }
 }
 
-/// Number of iterations of the loop that looks up a cell.
-const LOOKUP_ITERATIONS: usize = 10;
+/// Maximum number of iterations of the loop that looks up a cell.
+const MAX_LOOKUP_ITERATIONS: usize = 10;
 
 impl Interpreter {
     /// Uploads programs, reusing kernels and buffers of the previous scene where possible.
@@ -422,7 +422,7 @@ impl Interpreter {
             cells,
             cell_cache,
             cell_builder,
-            bound_input: BoundInput::Unset,
+            uploaded_input: UploadedInput::Unset,
             buffers: Vec::new(),
         })
     }
@@ -434,17 +434,17 @@ impl Interpreter {
 
     /// Reports whether the current kernels run tapes.
     fn runs_tapes(&self) -> bool {
-        self.is_generic() || matches!(self.bound_input, BoundInput::Cells(_))
+        self.is_generic() || matches!(self.uploaded_input, UploadedInput::Cells(_))
     }
 
-    /// Binds the whole programs. Reports whether buffers were replaced.
-    fn bind_without_cells(&mut self, gpu: &Gpu) -> Result<bool, EngineError> {
+    /// Uploads the whole programs. Reports whether buffers were replaced.
+    fn upload_without_cells(&mut self, gpu: &Gpu) -> Result<bool, EngineError> {
         let input = if self.is_generic() {
-            BoundInput::FullTapes
+            UploadedInput::FullTapes
         } else {
-            BoundInput::Programs
+            UploadedInput::Programs
         };
-        if self.bound_input == input {
+        if self.uploaded_input == input {
             return Ok(false);
         }
         if self.is_generic() {
@@ -453,7 +453,7 @@ impl Interpreter {
             let tapes = tapes.each_ref().map(|tape| tape.as_deref());
             let base = programs[0].as_ref().map_or(0, |program| program.code.len());
             let packed = GpuCells::single_tape(tapes, base as u32, self.cells.registers);
-            self.bind_cells(
+            self.upload_cells(
                 gpu,
                 CellUpload {
                     packed,
@@ -465,7 +465,7 @@ impl Interpreter {
             self.buffers = self.program_buffers.to_vec();
             self.buffers.push(self.length.clone());
         }
-        self.bound_input = input;
+        self.uploaded_input = input;
         Ok(true)
     }
 
@@ -515,7 +515,7 @@ impl Interpreter {
     }
 
     /// Uploads cells, and splits the deferred ones on the device.
-    fn bind_cells(&mut self, gpu: &Gpu, upload: CellUpload) -> Result<(), EngineError> {
+    fn upload_cells(&mut self, gpu: &Gpu, upload: CellUpload) -> Result<(), EngineError> {
         let CellUpload {
             packed,
             parts,

@@ -182,7 +182,7 @@ impl KernelEntry {
     }
 
     /// Returns the kernel bound to its buffers. `generation` identifies the current set of buffers.
-    pub(super) fn bound(
+    pub(super) fn bound_kernel(
         &mut self,
         gpu: &Gpu,
         generation: u64,

@@ -203,7 +203,7 @@ impl<S: GpuScene> SceneRunner<S> {
         self.run_stages(plan, &job.features, &tile_uniforms(job, 0, tile), tile)?;
         let rays: Vec<RayState> = self.read(BufferSlot::Rays, tile.pixels())?;
         for (tile_index, image_index) in pixel_indices(tile, tile, job.size[0] as usize) {
-            values[image_index] = rays[tile_index].radius;
+            values[image_index] = rays[tile_index].field;
         }
         Ok(())
     }
@@ -265,7 +265,7 @@ impl<S: GpuScene> SceneRunner<S> {
         for (stage, kernel) in pending.drain(..) {
             all_warm &= std::mem::replace(&mut self.kernels.get(kernel).is_warm, true);
             calls.push((
-                self.bound(kernel)?,
+                self.bound_kernel(kernel)?,
                 invocation_count(stage, tile.size, lights),
             ));
         }
@@ -291,7 +291,7 @@ impl<S: GpuScene> SceneRunner<S> {
         uniforms: &layout::FrameUniforms,
         tile: TileRect,
     ) -> Result<(), EngineError> {
-        let call = self.bound(kernel)?;
+        let call = self.bound_kernel(kernel)?;
         let queue = self
             .buffers
             .get(BufferSlot::Queue)
@@ -468,10 +468,10 @@ impl<S: GpuScene> SceneRunner<S> {
     }
 
     /// The kernel bound to the buffers of the image and the scene.
-    fn bound(&mut self, kernel: KernelId) -> Result<BoundKernel, EngineError> {
+    fn bound_kernel(&mut self, kernel: KernelId) -> Result<BoundKernel, EngineError> {
         let scene = self.scene.as_ref().ok_or(EngineError::NothingLoaded)?;
         let buffers = &self.buffers;
-        Ok(self.kernels.get(kernel).bound(
+        Ok(self.kernels.get(kernel).bound_kernel(
             &self.gpu,
             buffers.generation,
             |slot| buffers.get(slot),

@@ -22,7 +22,7 @@ const MAX_ITERATIONS_SOFTWARE: usize = 65_000;
 /// Maximum on hardware, which has no such limit but must terminate.
 const MAX_ITERATIONS_HARDWARE: usize = 1 << 24;
 /// Maximum wait for a software device, besides the time of its compiler, which runs in the first dispatch.
-const SOFTWARE_TIMEOUT: Duration = Duration::from_secs(60);
+const MAX_SOFTWARE_WAIT: Duration = Duration::from_secs(60);
 /// Allowance for compiling one kilobyte of source.
 const COMPILE_TIME_PER_KILOBYTE: Duration = Duration::from_millis(500);
 
@@ -70,7 +70,7 @@ impl<S: GpuScene> SceneRunner<S> {
         self.buffers.generation += 1;
         self.budget = WorkBudget::default();
         let wait_limit = match self.gpu.info().kind {
-            DeviceKind::Software => SOFTWARE_TIMEOUT,
+            DeviceKind::Software => MAX_SOFTWARE_WAIT,
             _ => Gpu::DEFAULT_TIMEOUT,
         };
         // Respect a timeout that the caller shortened.

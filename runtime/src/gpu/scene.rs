@@ -37,8 +37,13 @@ pub(super) trait GpuScene: Sized {
     fn is_generic(&self) -> bool {
         false
     }
-    /// Writes the numbers of new parameters.
-    fn update(&mut self, gpu: &Gpu, module: &Module, outputs: &[f64]) -> Result<(), EngineError>;
+    /// Writes the uniform values to the device after a live parameter or the time changed.
+    fn update(
+        &mut self,
+        gpu: &Gpu,
+        module: &Module,
+        uniform_values: &[f64],
+    ) -> Result<(), EngineError>;
     /// Prepares a render, or a query if there is no job. Reports whether buffers were replaced. The constants
     /// are those of the last load or update.
     fn prepare(&mut self, _gpu: &Gpu, _picture: Option<&RenderJob>) -> Result<bool, EngineError> {

@@ -17,7 +17,7 @@ const MAX_UNIFORM_VECTORS: usize = 4096;
 pub(super) struct GeneratedScene {
     text: String,
     calls: Vec<&'static str>,
-    outputs: usize,
+    uniform_value_count: usize,
     buffers: Vec<(BufferBinding, Buffer)>,
 }
 
@@ -30,7 +30,7 @@ impl GpuScene for GeneratedScene {
         _: KernelMode,
         _: Option<Self>,
     ) -> Result<Self, EngineError> {
-        let packed = pack_outputs(scene.outputs);
+        let packed = pack_uniform_values(scene.uniform_values);
         let (usage, access) = if packed.len() <= MAX_UNIFORM_VECTORS {
             (BufferUsage::Uniform, BindingAccess::Uniform)
         } else {
@@ -40,7 +40,7 @@ impl GpuScene for GeneratedScene {
         Ok(Self {
             text: scene.generated.text.to_owned(),
             calls: scene.generated.calls.to_vec(),
-            outputs: scene.outputs.len(),
+            uniform_value_count: scene.uniform_values.len(),
             buffers: vec![(
                 BufferBinding {
                     slot: FIRST_SCENE_SLOT,
@@ -51,11 +51,11 @@ impl GpuScene for GeneratedScene {
         })
     }
 
-    fn update(&mut self, gpu: &Gpu, _: &Module, outputs: &[f64]) -> Result<(), EngineError> {
-        if outputs.len() != self.outputs {
+    fn update(&mut self, gpu: &Gpu, _: &Module, uniform_values: &[f64]) -> Result<(), EngineError> {
+        if uniform_values.len() != self.uniform_value_count {
             return Err(EngineError::SceneMismatch);
         }
-        Ok(gpu.write(&self.buffers[0].1, &pack_outputs(outputs))?)
+        Ok(gpu.write(&self.buffers[0].1, &pack_uniform_values(uniform_values))?)
     }
 
     fn source(&self, functions: &[SceneFunction]) -> SceneWgsl {
@@ -68,7 +68,7 @@ impl GpuScene for GeneratedScene {
             .copied()
             .filter(|name| names.contains(name))
             .collect();
-        let count = self.outputs.div_ceil(4).max(1);
+        let count = self.uniform_value_count.div_ceil(4).max(1);
         let uniforms = if count <= MAX_UNIFORM_VECTORS {
             format!("var<uniform> uniforms: array<vec4f, {count}>;")
         } else {
@@ -91,8 +91,8 @@ impl GpuScene for GeneratedScene {
 }
 
 /// Packs the results of the uniform program into vectors of four.
-fn pack_outputs(outputs: &[f64]) -> Vec<[f32; 4]> {
-    let vectors = outputs
+fn pack_uniform_values(values: &[f64]) -> Vec<[f32; 4]> {
+    let vectors = values
         .chunks(4)
         .map(|chunk| std::array::from_fn(|i| chunk.get(i).map_or(0.0, |&number| number as f32)));
     let mut packed: Vec<[f32; 4]> = vectors.collect();
@@ -168,9 +168,9 @@ mod tests {
 
     #[test]
     fn numbers_are_padded_to_fours() {
-        assert_eq!(pack_outputs(&[]), [[0.0; 4]]);
+        assert_eq!(pack_uniform_values(&[]), [[0.0; 4]]);
         assert_eq!(
-            pack_outputs(&[1.0, 2.0, 3.0, 4.0, 5.0]),
+            pack_uniform_values(&[1.0, 2.0, 3.0, 4.0, 5.0]),
             [[1.0, 2.0, 3.0, 4.0], [5.0, 0.0, 0.0, 0.0]]
         );
     }

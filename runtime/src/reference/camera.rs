@@ -1,4 +1,4 @@
-//! The rays of a picture, computed from its settings in `f64`: the rounding of the camera to `f32` is an
+//! The rays of a picture, computed from its settings in `f64`. The rounding of the camera to `f32` is an
 //! error of the engine that does it.
 
 use crate::render::{Axes, RenderSettings, ResolvedLens};
@@ -27,7 +27,7 @@ impl ReferenceRay {
 pub struct ReferenceCamera {
     axes: Axes,
     size: [u32; 2],
-    footprint: f64,
+    half_pixel_size: f64,
     growth: f64,
 }
 
@@ -37,14 +37,14 @@ impl ReferenceCamera {
         let height = f64::from(settings.size[1].max(1));
         let across = |v: [f64; 3]| DVec3::from(v).length() / height;
         let axes = Axes::from_settings(settings);
-        let (footprint, growth) = match settings.view.lens {
+        let (half_pixel_size, growth) = match settings.view.lens {
             ResolvedLens::Perspective(_) => (0.0, across(axes.forward_up)),
             ResolvedLens::Orthographic(_) => (across(axes.origin_up), 0.0),
         };
         Self {
             axes,
             size: settings.size,
-            footprint,
+            half_pixel_size,
             growth,
         }
     }
@@ -83,6 +83,6 @@ impl ReferenceCamera {
 
     /// Returns half of a pixel's height at `t` along its ray.
     pub fn half_pixel(&self, t: f64) -> f64 {
-        camera::half_pixel::<f64>(t, self.footprint, self.growth)
+        camera::half_pixel::<f64>(t, self.half_pixel_size, self.growth)
     }
 }

@@ -7,7 +7,9 @@
 
 use super::{Outcome, RayEnd, ReferenceCamera, ReferenceField, ReferenceTracer, TraceOptions};
 use crate::cpu::engine::{CpuEngine, CpuScene, cpu_device};
-use crate::cpu::{self, Evaluator, F32x64, FieldFacts, Points, Query, RenderField, SurfaceBlock};
+use crate::cpu::{
+    self, Evaluator, F32x64, FieldFacts, FieldQuantity, Points, RenderField, SurfaceBlock,
+};
 use crate::engine::{Engine, EngineError, EngineKind, FieldSample, SceneInput};
 use crate::render::{
     Image, PixelPlane, RenderJob, RenderProgress, RenderSettings, Samples, prepare,
@@ -45,8 +47,8 @@ impl Engine for ReferenceEngine {
         Ok(())
     }
 
-    fn update(&mut self, module: &Module, outputs: &[f64]) -> Result<(), EngineError> {
-        self.shading.update(module, outputs)?;
+    fn update(&mut self, module: &Module, uniform_values: &[f64]) -> Result<(), EngineError> {
+        self.shading.update(module, uniform_values)?;
         self.field = Some(ReferenceField::from_module(module));
         Ok(())
     }
@@ -154,8 +156,8 @@ impl Evaluator for ProvingEvaluator<'_> {
     fn gradients(&mut self, points: &Points, count: usize, out: &mut [F32x64; 4]) {
         self.shading.gradients(points, count, out);
     }
-    fn prune_for_regions(&mut self, program: Query, regions: &[crate::cells::Aabb]) {
-        self.shading.prune_for_regions(program, regions);
+    fn prune_for_regions(&mut self, quantity: FieldQuantity, regions: &[crate::cells::Aabb]) {
+        self.shading.prune_for_regions(quantity, regions);
     }
     fn select_region(&mut self, region: Option<usize>) {
         self.shading.select_region(region);

@@ -16,14 +16,14 @@ use sdfc_vm::vector::V3;
 pub struct ReferenceField {
     program: Program,
     tape: Tape,
-    raw: bool,
+    is_raw: bool,
 }
 
 impl ReferenceField {
     /// Creates the field of a module, as [`Module::update`] left it.
     pub fn from_module(module: &Module) -> Self {
         Self {
-            raw: module.distance.has_raw_fields(),
+            is_raw: module.distance.has_raw_fields(),
             tape: Tape::new(&module.distance),
             program: module.distance.clone(),
         }
@@ -31,7 +31,7 @@ impl ReferenceField {
 
     /// Reports whether the gradient's length may differ from one.
     pub(super) fn is_raw(&self) -> bool {
-        self.raw
+        self.is_raw
     }
 
     /// Returns the distance at a point.

@@ -78,7 +78,7 @@ pub(super) fn first_root(
         }
         start = width;
         width *= 2.0;
-        if width > search.coordinate_size(0.0).max(f64::MIN_POSITIVE) * MAX_SIGN_SEARCH_FRACTION {
+        if width > search.max_coordinate(0.0).max(f64::MIN_POSITIVE) * MAX_SIGN_SEARCH_FRACTION {
             let outcome = Outcome::Undecided {
                 t0: 0.0,
                 t1: start,
@@ -191,12 +191,12 @@ impl RootSearch<'_, '_> {
         let origin = self.ray.origin.iter();
         let largest = origin.fold(0.0_f64, |max_abs, v| max_abs.max(v.abs()));
         let rounding = marching::rounding_at(t, marching::ROUNDING_PER_UNIT * largest);
-        let raw = if self.evaluator.field().is_raw() {
+        let is_raw = if self.evaluator.field().is_raw() {
             1.0
         } else {
             0.0
         };
-        marching::sign_margin(rounding, slope, raw)
+        marching::sign_margin(rounding, slope, is_raw)
     }
 
     /// Determines the content beyond a segment in which the sign of the field may change.
@@ -217,7 +217,7 @@ impl RootSearch<'_, '_> {
             if value.lo > 0.0 && t > piece.lo {
                 return FarSide::Clear(t);
             }
-            if t >= self.far || width > self.coordinate_size(piece.hi) * MAX_SIGN_SEARCH_FRACTION {
+            if t >= self.far || width > self.max_coordinate(piece.hi) * MAX_SIGN_SEARCH_FRACTION {
                 return FarSide::Unknown(t);
             }
             t = (piece.hi + width).min(self.far);
@@ -226,19 +226,19 @@ impl RootSearch<'_, '_> {
     }
 
     /// Returns the magnitude of coordinates along the ray at `t`.
-    fn coordinate_size(&self, t: f64) -> f64 {
+    fn max_coordinate(&self, t: f64) -> f64 {
         let origin = self.ray.origin.iter();
         t + origin.fold(0.0_f64, |max_abs, v| max_abs.max(v.abs()))
     }
 
     /// Returns the width below which segments are not bisected.
     fn min_width(&self, t: f64) -> f64 {
-        self.coordinate_size(t) * MIN_SEGMENT_FRACTION
+        self.max_coordinate(t) * MIN_SEGMENT_FRACTION
     }
 
     /// Returns the maximum width of a hit at `t`.
     fn max_hit_width(&self, t: f64) -> f64 {
-        (t * self.options.tolerance).max(self.coordinate_size(t) * MAX_NEAR_HIT_FRACTION)
+        (t * self.options.tolerance).max(self.max_coordinate(t) * MAX_NEAR_HIT_FRACTION)
     }
 
     /// Returns the field times the side.

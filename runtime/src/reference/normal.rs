@@ -48,8 +48,8 @@ pub(super) fn is_at_edge(field: &ReferenceField, p: [f64; 3], normal: [f64; 3], 
     direction_varies(field, p, normal, half, MIN_SMOOTH_COSINE)
 }
 
-/// Reports whether the gradient has another direction at one of eight points around `p` in the tangent plane:
-/// one whose angle with the normal has a smaller cosine.
+/// Reports whether the gradient has another direction at one of eight points around `p` in the tangent plane.
+/// It does where its angle with the normal has a smaller cosine than `cosine`.
 fn direction_varies(
     field: &ReferenceField,
     p: [f64; 3],

@@ -59,7 +59,7 @@ pub(crate) fn face_on(
     frame: &layout::FrameUniforms,
     picture: &RenderJob,
 ) -> Option<(PixelPlane, f32)> {
-    if frame.footprint_growth != 0.0 {
+    if frame.half_pixel_growth != 0.0 {
         return None;
     }
     let point_at = |x: f32, y: f32| {
@@ -82,7 +82,7 @@ pub(crate) fn face_on(
     let band = picture.exact_band.unwrap_or(match picture.features.mode {
         Mode::Distance => f32::INFINITY,
         // A pixel is entirely inside or outside if the surface is more than the pixel's size away.
-        _ => 4.0 * frame.footprint * (frame.samples as f32).sqrt(),
+        _ => 4.0 * frame.half_pixel_size * (frame.samples as f32).sqrt(),
     });
     Some((plane, band))
 }

@@ -48,7 +48,7 @@ impl RenderJob {
 
     /// Reports whether the image shows the field on a plane instead of surfaces in space.
     pub fn shows_plane(&self) -> bool {
-        self.features.plane || self.features.mode == Mode::Distance
+        self.features.is_2d || self.features.mode == Mode::Distance
     }
 
     /// An image of this size in which nothing was hit.
@@ -111,7 +111,7 @@ impl Axes {
         };
         let right = across.normalize_or(DVec3::X);
         let up = right.cross(forward);
-        let (start, growth) = spans(view.lens);
+        let (start, growth) = half_heights(view.lens);
         Self {
             origin: view.from,
             origin_right: (right * (start * aspect)).into(),
@@ -136,8 +136,8 @@ impl Axes {
     }
 }
 
-/// Half the height of the view: at the start of the rays, and its growth per unit of distance.
-fn spans(lens: ResolvedLens) -> (f64, f64) {
+/// Half the height of the view at the start of the rays, and its growth per unit of distance.
+fn half_heights(lens: ResolvedLens) -> (f64, f64) {
     match lens {
         ResolvedLens::Perspective(fov) => (0.0, (fov.clamp(1e-6, 3.1) / 2.0).tan()),
         ResolvedLens::Orthographic(height) => (height / 2.0, 0.0),
@@ -154,7 +154,7 @@ pub fn prepare(settings: &RenderSettings, facts: &FieldFacts) -> RenderJob {
     let [width, height] = settings.size.map(|n| f64::from(n.max(1)));
     let aa = settings.aa.max(1);
     let distance = view.target_distance();
-    let (start, growth) = spans(view.lens);
+    let (start, growth) = half_heights(view.lens);
     let approach = approach(settings, facts, axes.forward);
     let axes = axes.ahead(approach);
     let start = start + growth * approach;
@@ -180,15 +180,15 @@ pub fn prepare(settings: &RenderSettings, facts: &FieldFacts) -> RenderJob {
         origin: single(axes.origin),
         far: (settings.far - approach) as f32,
         origin_right: single(axes.origin_right),
-        raw: if facts.is_raw { 1.0 } else { 0.0 },
+        is_raw: if facts.is_raw { 1.0 } else { 0.0 },
         origin_up: single(axes.origin_up),
         rounding: (marching::ROUNDING_PER_UNIT * (largest + start)) as f32,
         forward: single(axes.forward),
-        footprint: (start / height / f64::from(aa)) as f32,
+        half_pixel_size: (start / height / f64::from(aa)) as f32,
         forward_right: single(axes.forward_right),
-        footprint_growth: (growth / height / f64::from(aa)) as f32,
+        half_pixel_growth: (growth / height / f64::from(aa)) as f32,
         forward_up: single(axes.forward_up),
-        cone: settings.cone as f32,
+        threshold_fraction: settings.threshold_fraction as f32,
         bounds_min: corner(bounds.min),
         occlusion_reach: settings.occlusion_reach as f32,
         bounds_max: corner(bounds.max),
@@ -237,7 +237,7 @@ pub fn prepare(settings: &RenderSettings, facts: &FieldFacts) -> RenderJob {
         normals: settings.normals,
         materials: facts.material.is_none(),
         fog: foggy,
-        plane: settings.is_2d,
+        is_2d: settings.is_2d,
         generic: false,
     };
     let display = Display {
@@ -264,12 +264,11 @@ pub fn prepare(settings: &RenderSettings, facts: &FieldFacts) -> RenderJob {
 /// Minimum ratio of distance to size from which a camera counts as far away from a scene.
 const MIN_FAR_DISTANCE_IN_SIZES: f64 = 32.0;
 
-/// The distance from the camera at which rays start. For a far camera (a telescope, a camera at 1e6) they
-/// start on a plane near the scene, so that `f32` keeps its full precision there. Otherwise they start at the
-/// camera.
+/// The distance from the camera at which rays start. For a far camera, such as a telescope, they start on a
+/// plane near the scene. So `f32` keeps its full precision there. Otherwise they start at the camera.
 fn approach(settings: &RenderSettings, facts: &FieldFacts, forward: [f64; 3]) -> f64 {
-    let is_flat = settings.is_2d || settings.mode == Mode::Distance;
-    if is_flat || !facts.bounds.is_finite() {
+    let is_face_on = settings.is_2d || settings.mode == Mode::Distance;
+    if is_face_on || !facts.bounds.is_finite() {
         return 0.0;
     }
     let radius = facts.bounds.half_diagonal() * 1.01;
@@ -346,7 +345,7 @@ fn shadow_form(shadow: ResolvedShadow) -> (features::ShadowForm, f64) {
         ResolvedShadow::None => (features::ShadowForm::None, 0.0),
         ResolvedShadow::Hard => (features::ShadowForm::Hard, 0.0),
         ResolvedShadow::Plain(size) => (features::ShadowForm::Plain, size),
-        ResolvedShadow::Improved(size) => (features::ShadowForm::Improved, size),
+        ResolvedShadow::Soft(size) => (features::ShadowForm::Soft, size),
         ResolvedShadow::Sized(size) => (features::ShadowForm::Sized, size),
     }
 }

@@ -1,4 +1,4 @@
-//! The largest running error on a surface, by branch and bound: the box with the largest bound is bisected
+//! The largest running error on a surface, by branch and bound. The box with the largest bound is bisected
 //! until its bound is not much more than the largest error found at a point. Boxes in which the field has no
 //! zero are left out.
 
@@ -124,7 +124,7 @@ pub(super) fn max_error(
     while let Some(search_box) = queue.pop() {
         remaining_boxes = remaining_boxes.saturating_sub(3);
         let halves = bisect(&search_box.region_box);
-        if let Some(error) = error_near_center(program, &search_box.region_box, &error_scale) {
+        if let Some(error) = error_near_centre(program, &search_box.region_box, &error_scale) {
             largest = largest.or(error);
         }
         let is_done = search_box.priority <= MAX_GAP_RATIO * largest.error || remaining_boxes == 0;
@@ -153,21 +153,21 @@ pub(super) fn max_error(
     })
 }
 
-/// Returns the error near the centre of a box (not at it, where discontinuities often are), if a surface may
-/// be nearby and no branch is uncertain there.
-fn error_near_center(
+/// Returns the error near the centre of a box, if a surface may be nearby and no branch is uncertain there.
+/// At the centre itself there often are discontinuities.
+fn error_near_centre(
     program: &Program,
     region_box: &[Interval; 3],
     error_scale: &impl Fn(&[Interval; 3]) -> Option<ErrorScale>,
 ) -> Option<SampledError> {
     let half_diagonal = region_box.iter().map(|side| (side.hi - side.lo).powi(2));
     let half_diagonal = half_diagonal.sum::<f64>().sqrt() / 2.0;
-    let center = region_box.map(|side| Interval::point(side.lo + 0.4871 * (side.hi - side.lo)));
-    let error_scale = error_scale(&center)
+    let centre = region_box.map(|side| Interval::point(side.lo + 0.4871 * (side.hi - side.lo)));
+    let error_scale = error_scale(&centre)
         .filter(|error_scale| half_diagonal <= error_scale.max_half_diagonal)?;
-    let bound = error_bound(program, center, error_scale.coordinate_errors);
+    let bound = error_bound(program, centre, error_scale.coordinate_errors);
     let is_near_surface = bound.value.lo.abs().min(bound.value.hi.abs()) <= 2.0 * half_diagonal;
-    let error = sampled_error(program, center.map(|side| side.lo), &bound)?;
+    let error = sampled_error(program, centre.map(|side| side.lo), &bound)?;
     let is_known = bound.error.is_finite();
     let may_be = is_near_surface || is_known && bound.may_be_zero();
     let has_surface = error.is_beyond

@@ -72,8 +72,8 @@ impl FramingTarget {
         }
     }
 
-    /// Returns the target with a better size if its bounds have none: that of the subject, or one that
-    /// follows from the distance of the scene's camera.
+    /// Returns the target with a better size if its bounds have none. It is that of the subject, or follows
+    /// from the distance of the scene's camera.
     pub(super) fn with_known_size(self, subject: Option<&Outline>, distance: Option<f64>) -> Self {
         if !self.is_guessed {
             return self;

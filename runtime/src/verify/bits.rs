@@ -1,7 +1,7 @@
 //! Bitwise comparison of two engines, as promised by strict arithmetic: the rays of an image and the values
 //! at points.
 //!
-//! Floats are equal if they are the same number, regardless of the sign of a zero: WGSL leaves the sign of a
+//! Floats are equal if they are the same number, regardless of the sign of a zero. WGSL leaves the sign of a
 //! zero open even where everything else is exact. A NaN only equals the same bits.
 
 use crate::engine::FieldSample;

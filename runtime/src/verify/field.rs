@@ -4,7 +4,7 @@ use super::Percentiles;
 use crate::engine::FieldSample;
 use sdfc_vm::bounds::Bounds;
 use sdfc_vm::evaluate::{evaluate_f64, gradient};
-use sdfc_vm::program::{Code, Module};
+use sdfc_vm::program::{Module, Opcode};
 use sdfc_vm::row::{Category, Exactness};
 use sdfc_vm::table::Op;
 use sdfc_vm::vector::V3;
@@ -125,9 +125,9 @@ pub(super) fn compare(
 
 /// Reports whether an instruction sums many terms: sines, powers, noise. A solid that only bounds its
 /// distance is a scaled level function, which is such a sum.
-fn is_function(code: Code) -> bool {
-    let Code::Op(op) = code else { return false };
-    match op.row().meta.category {
+fn is_function(code: Opcode) -> bool {
+    let Opcode::Op(op) = code else { return false };
+    match op.row().facts.category {
         Category::Math => !matches!(op, Op::X | Op::Y | Op::Z | Op::Constant | Op::MakePoint),
         Category::Domain => matches!(
             op,
@@ -138,7 +138,7 @@ fn is_function(code: Code) -> bool {
                 | Op::Twist
                 | Op::Bend
         ),
-        Category::Shape3 => op.row().meta.exactness == Exactness::Bound,
+        Category::Shape3 => op.row().facts.exactness == Exactness::Bound,
         _ => false,
     }
 }

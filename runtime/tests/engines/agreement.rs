@@ -21,11 +21,11 @@ use sdfc_vm::wgsl_library::WgslLibrary;
 /// Verifies a module on the CPU and the interpreter, and that the image is not empty.
 fn agree(module: &mut Module, overrides: &Overrides) {
     let Some(interp) = interp() else { return };
-    let outputs = module.update(0.0);
-    let settings = drawn_as(module, &outputs, overrides);
+    let uniform_values = module.update(0.0);
+    let settings = drawn_as(module, &uniform_values, overrides);
     let mut engines = [cpu(), interp];
-    let report =
-        verify(&loaded(module, &outputs), &mut engines, &settings).expect("both engines run");
+    let report = verify(&loaded(module, &uniform_values), &mut engines, &settings)
+        .expect("both engines run");
     assert!(report.passed(), "{report}");
     let [a, b] = [&report.images[0], &report.images[1]];
     assert!(a.stats.hits > 100 && a.stats.misses > 100, "{:?}", a.stats);
@@ -218,9 +218,11 @@ fn every_mode_and_every_way_to_find_normals() {
     let Some(mut interp) = interp() else { return };
     let mut cpu = cpu();
     let mut scene = module(&distance_listing(PAINTED), Some(PAINTED));
-    let outputs = scene.update(0.0);
+    let uniform_values = scene.update(0.0);
     for engine in [&mut cpu, &mut interp] {
-        engine.load(&loaded(&scene, &outputs)).expect("it loads");
+        engine
+            .load(&loaded(&scene, &uniform_values))
+            .expect("it loads");
     }
     let modes = [
         Mode::Albedo,
@@ -249,7 +251,7 @@ fn every_mode_and_every_way_to_find_normals() {
         ..Overrides::default()
     });
     for overrides in modes.iter().chain(&variants) {
-        let settings = drawn_as(&scene, &outputs, overrides);
+        let settings = drawn_as(&scene, &uniform_values, overrides);
         let [a, b] = [&mut cpu, &mut interp].map(|engine| {
             engine
                 .render(&settings, &|_| {})
@@ -279,7 +281,7 @@ fn shapes_in_the_plane() {
              take  blend quadratic [1.0, 1.0, 0.3, 0.8333333]",
         ),
     );
-    scene.settings.is_plane = true;
+    scene.settings.is_2d = true;
     scene.settings.bounds = Bounds {
         min: [-0.8, -0.8, 0.0],
         max: [1.2, 0.8, 0.0],
@@ -309,8 +311,8 @@ fn generated_source_with_parameters_and_materials() {
     );
     with_params(&mut scene, 5);
     let numbers = [0.9, 0.4, 0.0, 0.0, 0.5];
-    let outputs = scene.uniforms.run(&numbers, 0.0);
-    let narrow: Vec<f32> = outputs.iter().map(|&v| v as f32).collect();
+    let uniform_values = scene.uniforms.run(&numbers, 0.0);
+    let narrow: Vec<f32> = uniform_values.iter().map(|&v| v as f32).collect();
     scene.distance.patch(&narrow);
     scene
         .surface
@@ -350,14 +352,14 @@ fn scene_surface(p: vec3f, n: vec3f) -> Surface {{
     );
     let loaded = SceneInput {
         module: &scene,
-        outputs: &outputs,
+        uniform_values: &uniform_values,
         generated: SceneSource {
             text: &text,
             calls: &calls,
         },
     };
     let mut engines = [cpu(), open_on(EngineKind::Wgsl, gpu)];
-    let settings = drawn(&scene, &outputs);
+    let settings = drawn(&scene, &uniform_values);
     let report = verify(&loaded, &mut engines, &settings).expect("both engines run");
     assert!(report.passed(), "{report}");
     assert!(report.images[0].id.contains(&1) && report.images[0].id.contains(&3));
@@ -386,7 +388,7 @@ fn long_program(count: usize) -> String {
 
 #[test]
 fn a_march_longer_than_any_loop_may_be() {
-    // 1,500 instructions and rays of up to a hundred steps or more: a single loop over all steps would exceed
+    // 1,500 instructions and rays of up to a hundred steps or more. A single loop over all steps would exceed
     // the 65,535 iterations after which software devices end it. Steps are half as long as they could be.
     let halved = format!("{}\nscale_distance [0.5]", long_program(1500));
     let mut scene = module(&halved, None);

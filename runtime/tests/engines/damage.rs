@@ -12,18 +12,18 @@ fn accepted_files_are_drawn_or_refused() {
         let Ok(mut module) = decode_file(bytes) else {
             return CheckOutcome::Refused;
         };
-        let outputs = module.update(0.0);
+        let uniform_values = module.update(0.0);
         let overrides = Overrides {
             size: Some([8, 8]),
             aa: Some(1),
             steps: Some(64),
             ..Overrides::default()
         };
-        let Ok(settings) = resolve(&module, &outputs, &overrides) else {
+        let Ok(settings) = resolve(&module, &uniform_values, &overrides) else {
             return CheckOutcome::Refused;
         };
         let mut cpu = cpu();
-        cpu.load(&loaded(&module, &outputs))
+        cpu.load(&loaded(&module, &uniform_values))
             .expect("a CPU takes any module");
         let image = cpu.render(&settings, &|_| {}).expect("and draws it");
         assert_eq!(image.rgba8().len(), 8 * 8 * 4);

@@ -1,5 +1,5 @@
-//! Limits and failures: an impossible request is an error with both numbers, and a failing device is replaced
-//! by the CPU unless it was requested by name.
+//! Limits and failures. An impossible request is an error with both numbers. A failing device is replaced by
+//! the CPU unless it was requested by name.
 
 use crate::scenes::{cpu, drawn, gpu, loaded, module};
 use sdfc_runtime::engine::{
@@ -127,8 +127,8 @@ impl Engine for Fragile {
     fn load(&mut self, scene: &SceneInput<'_>) -> Result<(), EngineError> {
         self.0.load(scene)
     }
-    fn update(&mut self, module: &Module, outputs: &[f64]) -> Result<(), EngineError> {
-        self.0.update(module, outputs)
+    fn update(&mut self, module: &Module, uniform_values: &[f64]) -> Result<(), EngineError> {
+        self.0.update(module, uniform_values)
     }
     fn render_samples(
         &mut self,

@@ -1,6 +1,6 @@
 //! Bounds over boxes, as devices compute them to split cells: every operation of the table, every blend and
-//! every frame, on random boxes. The bounds contain the values at points of the box: those of the same
-//! device, those of the CPU in `f32`, and those of the formula in real numbers.
+//! every frame, on random boxes. The bounds contain the values at points of the box. These are the values of
+//! the same device, those of the CPU in `f32`, and those of the formula in real numbers.
 
 use crate::scenes::gpu;
 use sdfc_runtime::gpu::{BindingAccess, BufferBinding, BufferUsage, Extent, Gpu, KernelSource};

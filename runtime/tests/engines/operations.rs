@@ -3,7 +3,7 @@
 use crate::scenes::{cpu, interp, loaded, module_of};
 use sdfc_vm::blend::BlendKernel;
 use sdfc_vm::pool::{PoolBuilder, PoolNumber};
-use sdfc_vm::program::{Code, Destination, Instruction, Program};
+use sdfc_vm::program::{Destination, Instruction, Opcode, Program};
 use sdfc_vm::row::Output;
 use sdfc_vm::table::{Op, ROWS};
 use sdfc_vm::verify::verify;
@@ -15,7 +15,7 @@ fn program(ops: &[Op]) -> Program {
     let mut code: Vec<Instruction> = Vec::new();
     let mut any = false;
     let push = |code: &mut Vec<Instruction>, pool: &mut PoolBuilder, op: Op, base: f32| {
-        let mut i = Instruction::new(Code::Op(op));
+        let mut i = Instruction::new(Opcode::Op(op));
         let width = op.row().parameter_width();
         if width > 0 {
             // Different numbers of about one half, valid for most parameters.
@@ -40,7 +40,7 @@ fn program(ops: &[Op]) -> Program {
             push(&mut code, &mut pool, Op::Cuboid, 0.5);
         }
         if any {
-            let mut unite = Instruction::new(Code::Top);
+            let mut unite = Instruction::new(Opcode::Top);
             unite.destination = Destination::Blend {
                 kernel: BlendKernel::Hard,
                 index: hard,

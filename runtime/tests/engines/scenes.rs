@@ -80,12 +80,12 @@ pub(crate) fn program(text: &str, surface: bool) -> Program {
         .map(|(index, line)| format!("{index:04} {}", line.trim()))
         .collect();
     let program = parse(&numbered.join("\n")).unwrap_or_else(|error| panic!("{error}\n{text}"));
-    let outputs = program
+    let output_count = program
         .patches
         .iter()
         .map(|patch| patch.output as usize + 1)
         .max();
-    verify(&program, outputs.unwrap_or(0), surface)
+    verify(&program, output_count.unwrap_or(0), surface)
         .unwrap_or_else(|error| panic!("{error}\n{text}"));
     program
 }
@@ -128,7 +128,7 @@ fn settings() -> Settings {
             exposure: SettingValue::Constant(1.0),
         },
         animation: None,
-        is_plane: false,
+        is_2d: false,
         z_up: false,
         subject: None,
         bounds: Bounds::centred([2.0; 3]),
@@ -147,19 +147,23 @@ fn settings() -> Settings {
 }
 
 /// The settings of a module's image, without overrides.
-pub(crate) fn drawn(module: &Module, outputs: &[f64]) -> RenderSettings {
-    drawn_as(module, outputs, &Overrides::default())
+pub(crate) fn drawn(module: &Module, uniform_values: &[f64]) -> RenderSettings {
+    drawn_as(module, uniform_values, &Overrides::default())
 }
 
-pub(crate) fn drawn_as(module: &Module, outputs: &[f64], overrides: &Overrides) -> RenderSettings {
-    resolve(module, outputs, overrides).expect("the settings are well")
+pub(crate) fn drawn_as(
+    module: &Module,
+    uniform_values: &[f64],
+    overrides: &Overrides,
+) -> RenderSettings {
+    resolve(module, uniform_values, overrides).expect("the settings are well")
 }
 
 /// A scene input for engines that need no generated source.
-pub(crate) fn loaded<'a>(module: &'a Module, outputs: &'a [f64]) -> SceneInput<'a> {
+pub(crate) fn loaded<'a>(module: &'a Module, uniform_values: &'a [f64]) -> SceneInput<'a> {
     SceneInput {
         module,
-        outputs,
+        uniform_values,
         generated: SceneSource::default(),
     }
 }

@@ -11,8 +11,8 @@ fn sphere_module() -> Module {
     module("sphere [0.8]", None)
 }
 
-fn refused(module: &Module, outputs: &[f64], overrides: &Overrides) -> String {
-    match resolve(module, outputs, overrides) {
+fn refused(module: &Module, uniform_values: &[f64], overrides: &Overrides) -> String {
+    match resolve(module, uniform_values, overrides) {
         Ok(settings) => panic!("nothing is wrong with {settings:?}"),
         Err(error) => error.to_string(),
     }
@@ -30,7 +30,7 @@ fn numbers_come_from_the_scene_unless_they_are_overridden() {
     let light = settings.lighting.lights[0];
     assert_eq!(light.color, [3.0, 3.0 * 0.95, 3.0 * 0.9]);
     assert_eq!(light.source, LightEmitter::Directional([0.6, 1.0, 0.5]));
-    assert_eq!(light.shadow, ResolvedShadow::Improved(0.05));
+    assert_eq!(light.shadow, ResolvedShadow::Soft(0.05));
     assert!(
         settings.far > 8.0 && settings.far < 20.0,
         "past the bounds: {}",
@@ -174,7 +174,7 @@ fn conditions_of_the_scene_are_held() {
 #[test]
 fn a_2d_shape_is_framed_face_on_and_completely() {
     let mut module = module("circle [0.8]", None);
-    module.settings.is_plane = true;
+    module.settings.is_2d = true;
     module.settings.bounds = Bounds {
         min: [1.0, -1.0, 0.0],
         max: [7.0, 1.0, 0.0],

@@ -6,17 +6,17 @@ use sdfc_runtime::render::Image;
 use sdfc_runtime::settings::Overrides;
 use sdfc_vm::program::Module;
 
-fn render(engine: &mut dyn Engine, module: &Module, outputs: &[f64]) -> Image {
+fn render(engine: &mut dyn Engine, module: &Module, uniform_values: &[f64]) -> Image {
     engine
-        .render(&drawn(module, outputs), &|_| {})
+        .render(&drawn(module, uniform_values), &|_| {})
         .expect("it renders")
 }
 
 /// Sets the only parameter to another value.
 fn set(module: &mut Module, value: f64) -> Vec<f64> {
-    let outputs = module.uniforms.run(&[value], 0.0);
+    let uniform_values = module.uniforms.run(&[value], 0.0);
     module.distance.patch(&[value as f32]);
-    outputs
+    uniform_values
 }
 
 const BALL_AND_BOX: &str = "
@@ -30,36 +30,38 @@ fn parameters_and_cameras_are_numbers() {
     let mut cpu = cpu();
     let mut scene = module(BALL_AND_BOX, None);
     with_params(&mut scene, 1);
-    let outputs = set(&mut scene, 0.8);
+    let uniform_values = set(&mut scene, 0.8);
     for engine in [&mut cpu, &mut interp] {
-        engine.load(&loaded(&scene, &outputs)).expect("it loads");
+        engine
+            .load(&loaded(&scene, &uniform_values))
+            .expect("it loads");
     }
-    let first_image = render(&mut *interp, &scene, &outputs);
+    let first_image = render(&mut *interp, &scene, &uniform_values);
     let pipelines = interp.pipelines_created();
     assert!(pipelines >= 5, "{pipelines}");
 
     // Repeating a render gives the same image, however it is divided into dispatches.
     assert_eq!(
-        render(&mut *interp, &scene, &outputs).color,
+        render(&mut *interp, &scene, &uniform_values).color,
         first_image.color
     );
 
-    let outputs = set(&mut scene, 1.1);
+    let uniform_values = set(&mut scene, 1.1);
     for engine in [&mut cpu, &mut interp] {
         engine
-            .update(&scene, &outputs)
+            .update(&scene, &uniform_values)
             .expect("it takes the parameter");
     }
-    let after = render(&mut *interp, &scene, &outputs);
+    let after = render(&mut *interp, &scene, &uniform_values);
     assert!(after.stats.hits > first_image.stats.hits + 20);
-    let expected = render(&mut *cpu, &scene, &outputs);
+    let expected = render(&mut *cpu, &scene, &uniform_values);
     let differing = expected.depth.iter().zip(&after.depth).filter(|(a, b)| {
         a.is_finite() != b.is_finite() || (a.is_finite() && (*a - *b).abs() > 1e-4)
     });
     assert!(differing.count() <= 4);
 
     scene.settings.cameras[0].from = crate::scenes::constants([-3.0, 1.0, 4.0]);
-    let moved = render(&mut *interp, &scene, &outputs);
+    let moved = render(&mut *interp, &scene, &uniform_values);
     assert_ne!(moved.color, after.color);
     // Larger than before: buffers grow, kernels stay.
     let overrides = Overrides {
@@ -67,7 +69,7 @@ fn parameters_and_cameras_are_numbers() {
         ..Overrides::default()
     };
     let large = interp
-        .render(&drawn_as(&scene, &outputs, &overrides), &|_| {})
+        .render(&drawn_as(&scene, &uniform_values, &overrides), &|_| {})
         .expect("it renders");
     assert_eq!((large.width, large.height), (120, 80));
     assert_eq!(interp.pipelines_created(), pipelines);

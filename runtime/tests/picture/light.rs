@@ -14,7 +14,7 @@ fn nothing_shades_itself() {
     for shadow in [
         ResolvedShadow::Hard,
         ResolvedShadow::Plain(0.05),
-        ResolvedShadow::Improved(0.05),
+        ResolvedShadow::Soft(0.05),
         ResolvedShadow::Sized(0.05),
     ] {
         for offset in [0.0, 1e2, 1e4, 1e5] {
@@ -71,7 +71,7 @@ fn slopes_are_lit_evenly_far_from_the_origin() {
     let occlusions = [Occlusion::Off, Occlusion::FiveTap, Occlusion::Multi(8)];
     for (occlusion, shadow) in occlusions.into_iter().zip([
         ResolvedShadow::Hard,
-        ResolvedShadow::Improved(0.05),
+        ResolvedShadow::Soft(0.05),
         ResolvedShadow::Sized(0.05),
     ]) {
         let settings = |occlusion, shadow| RenderSettings {
@@ -109,7 +109,7 @@ fn shadows_fall_where_the_light_is_hidden() {
     for shadow in [
         ResolvedShadow::Hard,
         ResolvedShadow::Plain(0.05),
-        ResolvedShadow::Improved(0.05),
+        ResolvedShadow::Soft(0.05),
         ResolvedShadow::Sized(0.05),
     ] {
         let source = LightEmitter::Directional([0.0, 1.0, 0.0]);

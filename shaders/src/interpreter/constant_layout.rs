@@ -1,6 +1,6 @@
-//! Layout of the constants of instructions on a device: one record for each instruction, all of the same
-//! size, so that the instruction's number determines their position. Lanes that run different tapes then read
-//! a clause, and with it all the rest at once.
+//! Layout of the constants of instructions on a device. Each instruction has a record, all of the same size,
+//! so that its number determines the position. Lanes that run different tapes then read a clause, and with it
+//! all the rest at once.
 //!
 //! ```text
 //! a record   the blend's constants, or the operand's      if any instruction has one

@@ -3,7 +3,7 @@
 use sdfc_vm::apply::wgsl_name;
 use sdfc_vm::blend::BlendKernel;
 use sdfc_vm::material_weights::tie_sign;
-use sdfc_vm::program::{Code, KernelRequirements};
+use sdfc_vm::program::{KernelRequirements, Opcode};
 use sdfc_vm::row::{Category, Input, Output, ParameterType};
 use sdfc_vm::table::{Op, Row};
 use sdfc_vm::wgsl_library::{GUARD_NAME, WgslLibrary, blend_name};
@@ -90,7 +90,7 @@ impl MaterialRule {
         match row.arity() {
             _ if row.output != Output::Value => None,
             0 => Some(Self::Unpainted),
-            2 if row.meta.category == Category::Combine => Some(Self::Mixed),
+            2 if row.facts.category == Category::Combine => Some(Self::Mixed),
             2 => Some(Self::First),
             _ => None,
         }
@@ -114,7 +114,7 @@ pub(super) fn apply_material_rule(
     let is_used = |rule: MaterialRule| {
         let mut codes = requirements.codes.iter();
         codes.any(
-            |code| matches!(code, Code::Op(op) if MaterialRule::for_row(op.row()) == Some(rule)),
+            |code| matches!(code, Opcode::Op(op) if MaterialRule::for_row(op.row()) == Some(rule)),
         )
     };
     let mut emit_rule = |rule: MaterialRule, condition: &str, material: String| {
@@ -222,7 +222,7 @@ pub(super) fn emit_transform(
 
 /// Returns the case of an opcode: it assigns `result`, or the point, and in surfaces possibly the material.
 pub(super) fn operation_case(
-    code: Code,
+    code: Opcode,
     requirements: &KernelRequirements,
     numbers: NumberKind,
     surface: bool,
@@ -231,7 +231,7 @@ pub(super) fn operation_case(
 ) -> String {
     let slot = "(word >> 24u)";
     match code {
-        Code::Op(op) => {
+        Opcode::Op(op) => {
             let row = op.row();
             let call = |point: &str, values: [&str; 3]| {
                 format!(
@@ -265,26 +265,26 @@ pub(super) fn operation_case(
             }
             body
         }
-        Code::Load => {
+        Opcode::Load => {
             let mut body = format!("result = slots[{slot}];");
             if surface {
                 let _ = write!(body, " result_material = slot_materials[{slot}];");
             }
             body
         }
-        Code::Store => {
+        Opcode::Store => {
             let mut body = format!("slots[{slot}] = top; result = top;");
             if surface {
                 let _ = write!(body, " slot_materials[{slot}] = material;");
             }
             body
         }
-        Code::Top => "result = top;".to_owned(),
-        Code::Normal => {
+        Opcode::Top => "result = top;".to_owned(),
+        Opcode::Normal => {
             library.use_local_normal();
             format!("result = vec4f(0.0, 0.0, 0.0, local_normal(q.dx, q.dy, q.dz, n)[{slot}]);")
         }
-        Code::Guard => {
+        Opcode::Guard => {
             library.use_guard();
             // Only tapes run on intervals, and they have no guards.
             let (point, value) = match numbers {
@@ -297,9 +297,9 @@ pub(super) fn operation_case(
                 names.single
             )
         }
-        Code::Channel => format!("channels[{slot}] = {};", names.single),
-        Code::Paint => {
-            let channels = requirements.codes.contains(&Code::Channel);
+        Opcode::Channel => format!("channels[{slot}] = {};", names.single),
+        Opcode::Paint => {
+            let channels = requirements.codes.contains(&Opcode::Channel);
             let number = |channel: u32, constant: &str| {
                 if channels {
                     format!(

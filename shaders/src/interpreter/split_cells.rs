@@ -1,4 +1,4 @@
-//! The kernels that split cells on a device: [`kernel`] splits the listed cells, one workgroup for each, and
+//! The kernels that split cells on a device: [`kernel`] splits the listed cells, one workgroup for each. It
 //! lists those of their children that are split in turn. [`plan`] runs before it and determines the number of
 //! cells. Host and kernels share four buffers besides those of [`super::tape`]:
 //!
@@ -11,10 +11,14 @@
 //! arguments          of the indirect dispatch
 //! nodes              after the children of all nodes, for each node the tape of its cell
 //! ```
-//! The words of `scratch` count up from their initial values: nodes, words of tapes, cells with tapes,
-//! clauses of their own, cells without memory for a shorter tape; then the words of choices in use. Those of
-//! `job_queue` are the first cell of the present dispatch and that of the next one. Then follow the number
-//! of listed cells and the number of clauses of the waiting ones.
+//! | word | `scratch`, counted up from initial values | `job_queue` |
+//! |---|---|---|
+//! | 0 | nodes | first cell of the present dispatch |
+//! | 1 | words of tapes | first cell of the next dispatch |
+//! | 2 | cells with tapes | listed cells |
+//! | 3 | clauses of those tapes | clauses of the waiting cells |
+//! | 4 | cells without memory for a shorter tape | |
+//! | 5 | words of choices in use | |
 //!
 //! After an edit, new nodes follow the old ones. A child with an equal tape that contains no
 //! [changed](mark_changed) instruction is itself unchanged, with all its descendants. Its new entry is its
@@ -55,8 +59,8 @@ pub const COUNTERS: [&str; 5] = ["NODES", "TAPES", "CELLS", "CLAUSES", "OUT_OF_M
 /// Number of words between the [`SplitParams`] and the list.
 pub const JOB_QUEUE_STATE_WORDS: usize = 4;
 
-/// Number of successive levels with at most a tenth of the clauses removed, from which on a cell is not split
-/// further. The first is for tapes of more than half of the program.
+/// Number of successive levels that each removed less than a tenth of the clauses, after which splitting stops.
+/// The first is for tapes of more than half of the program, the second for shorter ones.
 pub const MAX_STALLED_LEVELS: [u32; 2] = [3, 1];
 
 /// Maximum number of clauses of a tape. Three passes over it are fewer iterations than software devices allow

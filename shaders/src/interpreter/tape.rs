@@ -23,7 +23,7 @@ use super::operation::{
 use super::{ConstantLayout, InterpreterFunction, code_bindings};
 use crate::layout::GridUniforms;
 use sdfc_vm::material_weights::tie_wgsl;
-use sdfc_vm::program::{Code, KernelRequirements};
+use sdfc_vm::program::{KernelRequirements, Opcode};
 use sdfc_vm::tape::{Clause, ClauseKind};
 use sdfc_vm::wgsl_library::WgslLibrary;
 use std::fmt::Write;
@@ -38,8 +38,8 @@ pub const GRID_SLOT: u32 = 21;
 const NODE: u32 = 1 << 31;
 const SIGN_ONLY: u32 = 1 << 30;
 
-/// Distance in cells of which only the sign is known.
-const FAR_DISTANCE: &str = "1e30";
+/// Magnitude of the field in cells of which only the sign is known.
+const SIGN_ONLY_VALUE: &str = "1e30";
 
 /// Number of registers of each kind in a kernel.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
@@ -177,7 +177,7 @@ pub fn interpreter(
         line(
             1,
             &format!(
-                "if cell >= {SIGN_ONLY}u {{ return select({FAR_DISTANCE}, -{FAR_DISTANCE}, (cell & 1u) == 1u); }}"
+                "if cell >= {SIGN_ONLY}u {{ return select({SIGN_ONLY_VALUE}, -{SIGN_ONLY_VALUE}, (cell & 1u) == 1u); }}"
             ),
         );
     }
@@ -334,9 +334,11 @@ pub(super) fn emit_clause(
     };
     line(2, "switch select(word & 255u, 256u, kind > 2u) {");
     // In other functions than surfaces, their operations forward the operand. Guards are for whole programs.
-    let is_idle = |code: &&Code| {
-        matches!(code, Code::Load | Code::Store | Code::Top | Code::Guard)
-            || code.is_surface() && !surface
+    let is_idle = |code: &&Opcode| {
+        matches!(
+            code,
+            Opcode::Load | Opcode::Store | Opcode::Top | Opcode::Guard
+        ) || code.is_surface() && !surface
     };
     for &code in requirements.codes.iter().filter(|code| !is_idle(code)) {
         let body = operation_case(code, requirements, numbers, surface, &names, library);
@@ -373,7 +375,7 @@ pub(super) fn emit_clause(
     if surface {
         emit_surface_blend(requirements, "materials[r_accumulator]", library, line);
     }
-    let channels = surface && requirements.codes.contains(&Code::Channel);
+    let channels = surface && requirements.codes.contains(&Opcode::Channel);
     let indent = if returns_points || channels {
         line(2, "if (word & 0x800u) == 0u {");
         3
@@ -388,7 +390,7 @@ pub(super) fn emit_clause(
     }
     if returns_points {
         let condition = if channels {
-            format!(" if (word & 255u) != {}u", Code::Channel.number())
+            format!(" if (word & 255u) != {}u", Opcode::Channel.number())
         } else {
             String::new()
         };

@@ -30,8 +30,8 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
         let p = point_along(middle_ray.origin, middle_ray.direction, beam.t);
         let distance = scene_distance(beam_clamp_to_box(p, frame.bounds_min, frame.bounds_max));
         beam.steps += 1u;
-        let half = half_pixel(beam.t, frame.footprint, frame.footprint_growth);
-        let march_threshold = threshold(beam.t, half, frame.cone, frame.rounding);
+        let half = half_pixel(beam.t, frame.half_pixel_size, frame.half_pixel_growth);
+        let march_threshold = threshold(beam.t, half, frame.threshold_fraction, frame.rounding);
         let advance = beam_advance(beam.t, distance, spread, widening, march_threshold);
         let continues = beam_continues(advance, half) > 0.0;
         beam.t += select(0.0, advance, continues);

@@ -35,7 +35,7 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
     let item = block_item(line_index(id, groups));
     if !item.exists { return; }
     let ray = rays[item.index];
-    let half = half_pixel(ray.t, frame.footprint, frame.footprint_growth);
+    let half = half_pixel(ray.t, frame.half_pixel_size, frame.half_pixel_growth);
     let centre = ray_end(item.pixel);
     let right = ray_end(min(item.pixel + vec2u(1u, 0u), frame.tile.zw - 1u));
     let below = ray_end(min(item.pixel + vec2u(0u, 1u), frame.tile.zw - 1u));

@@ -37,27 +37,27 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
         // A camera inside a solid sees the solid's surface from behind.
         if ray.steps == 1u && t == 0.0 && distance < 0.0 { ray.status |= FROM_INSIDE; }
         let side = select(1.0, -1.0, (ray.status & FROM_INSIDE) != 0u);
-        let field = distance * side;
-        let half = half_pixel(t, frame.footprint, frame.footprint_growth);
-        let march_threshold = threshold(t, half, frame.cone, frame.rounding);
+        let next_field = distance * side;
+        let half = half_pixel(t, frame.half_pixel_size, frame.half_pixel_growth);
+        let march_threshold = threshold(t, half, frame.threshold_fraction, frame.rounding);
         let next = march_step(
-            ray.t, ray.radius, ray.step, ray.trend, ray.t_before, ray.radius_before, field,
-            f32(ray.steps), march_threshold, half, frame.relaxation, rounding_at(t, frame.rounding), frame.raw,
+            ray.t, ray.field, ray.step, ray.trend, ray.t_before, ray.field_before, next_field,
+            f32(ray.steps), march_threshold, half, frame.relaxation, rounding_at(t, frame.rounding), frame.is_raw,
             bounds.y
         );
         ray.t = next.t;
-        ray.radius = next.radius;
+        ray.field = next.field;
         ray.step = next.step;
         ray.trend = next.trend;
         ray.t_before = next.t_before;
-        ray.radius_before = next.radius_before;
+        ray.field_before = next.field_before;
         if next.t > bounds.y {
             ray.status |= MISS;
         } else if next.arrived > 0.0 {
             ray.status |= HIT | SHOWN;
         } else if ray.steps >= frame.max_steps {
             let accepted = accept_at_step_cap(
-                next.t, next.radius, next.trend, next.t_before, next.radius_before,
+                next.t, next.field, next.trend, next.t_before, next.field_before,
                 max(half, march_threshold), frame.far
             );
             ray.status |= STEP_CAP | select(0u, SHOWN, accepted > 0.0);

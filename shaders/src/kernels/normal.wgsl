@@ -14,7 +14,7 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
     }
     let camera = camera_ray(item.pixel);
     let p = point_along(camera.origin, camera.direction, ray.t);
-    let half = half_pixel(ray.t, frame.footprint, frame.footprint_growth);
+    let half = half_pixel(ray.t, frame.half_pixel_size, frame.half_pixel_growth);
 #if exact
     // The gradient just outside, where the visible one of two faces that meet counts. If that is doubtful,
     // the one just inside. If the field is discontinuous, differences.

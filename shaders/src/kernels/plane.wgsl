@@ -23,7 +23,7 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
         ray.status = HIT | SHOWN;
     }
     rays[item.index] = ray;
-    let pixel = 2.0 * half_pixel(t, frame.footprint, frame.footprint_growth);
+    let pixel = 2.0 * half_pixel(t, frame.half_pixel_size, frame.half_pixel_growth);
 #if distance
     var color = vec4f(distance_color(distance, frame.spacing, pixel), 1.0);
 #else

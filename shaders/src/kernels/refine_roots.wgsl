@@ -11,12 +11,12 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
     if (ray.status & END_MASK) != HIT { return; }
     let camera = camera_ray(item.pixel);
     let side = select(1.0, -1.0, (ray.status & FROM_INSIDE) != 0u);
-    var bracket = Bracket(ray.t, ray.radius, ray.t_before, ray.radius_before);
+    var bracket = Bracket(ray.t, ray.field, ray.t_before, ray.field_before);
     for (var n = 0u; n < MAX_SECANT_STEPS; n++) {
         let rounding = rounding_at(bracket.t, frame.rounding);
-        let raw = frame.raw;
-        if is_settled(bracket.t, bracket.field, bracket.t_other, bracket.field_other, rounding, raw) > 0.0 { break; }
-        let estimate = next_estimate(bracket.t, bracket.field, bracket.t_other, bracket.field_other, rounding, raw);
+        let is_raw = frame.is_raw;
+        if is_settled(bracket.t, bracket.field, bracket.t_other, bracket.field_other, rounding, is_raw) > 0.0 { break; }
+        let estimate = next_estimate(bracket.t, bracket.field, bracket.t_other, bracket.field_other, rounding, is_raw);
         let distance = scene_distance(point_along(camera.origin, camera.direction, estimate));
         ray.steps += 1u;
         if is_nan(distance) { break; }

@@ -35,7 +35,7 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
     let camera = camera_ray(item.pixel);
     let p = point_along(camera.origin, camera.direction, primary.t);
     let normal = normals[item.index].xyz;
-    let half = half_pixel(primary.t, frame.footprint, frame.footprint_growth);
+    let half = half_pixel(primary.t, frame.half_pixel_size, frame.half_pixel_growth);
     let rounding = rounding_at(primary.t, frame.rounding);
     let is_sharp = select(0.0, 1.0, light.shadow_form == SHADOW_HARD);
     let height = lift(p, half, rounding, is_sharp);
@@ -185,7 +185,7 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
         } else {
             let t = ray.t;
             let slope = shadow_slope(field, ray.field_before, ray.step);
-            let margin = sign_margin(rounding, slope, frame.raw);
+            let margin = sign_margin(rounding, slope, frame.is_raw);
             // The last sample is the end of the ray itself, wherever the earlier steps were.
             let at_end = t >= exit_t || out_of_steps;
             let current_min_step = min_step * shadow_late_speedup(f32(ray.steps) - ray.steps_before);

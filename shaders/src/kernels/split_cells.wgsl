@@ -275,7 +275,7 @@ fn should_split(low: vec3f, side: vec3f, clauses: u32, min_abs_field: f32) -> bo
     let offset = max(max(low - job_queue.params.camera, job_queue.params.camera - (low + side)), vec3f(0.0));
     let squares = offset * offset;
     let distance = max(sqrt(squares.x + squares.y + squares.z), longest * 0.25);
-    let pixel = job_queue.params.footprint + job_queue.params.footprint_growth * distance;
+    let pixel = job_queue.params.pixel_size + job_queue.params.pixel_growth * distance;
     return clauses > job_queue.params.max_leaf_clauses
         && min_abs_field < 2.0 * longest
         && longest > job_queue.params.max_leaf_pixels * pixel;

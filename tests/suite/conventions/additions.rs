@@ -32,8 +32,8 @@ fn missing_places(row: &Row, definitions: &str) -> Vec<String> {
             row.doc.trim().ends_with('.'),
             &format!("sentence of documentation {facts}"),
         ),
-        place(row.meta.language.is_some(), &format!("`language` {facts}")),
-        place(!row.meta.source.is_empty(), &format!("`source` {facts}")),
+        place(row.facts.language.is_some(), &format!("`language` {facts}")),
+        place(!row.facts.source.is_empty(), &format!("`source` {facts}")),
         place(
             names_op(definitions, row.op),
             &format!("inside in `contains` of {DEFINITIONS}"),
@@ -58,10 +58,10 @@ fn every_shape_has_all_its_places() {
 fn a_shape_without_places_is_reported_with_each_of_them() {
     let row = Row {
         doc: "\n",
-        meta: sdfc_vm::row::OpFacts {
+        facts: sdfc_vm::row::OpFacts {
             language: None,
             source: "",
-            ..Op::Sphere.row().meta
+            ..Op::Sphere.row().facts
         },
         ..*Op::Sphere.row()
     };

@@ -25,7 +25,7 @@ const FORMER_PHRASES: [&str; 13] = [
     "a share of",
 ];
 
-/// Maximum number of words of a sentence.
+/// Maximum number of words of a sentence, up to its full stop.
 const MAX_SENTENCE_WORDS: usize = 25;
 
 /// The text of a doc comment's line.
@@ -87,22 +87,16 @@ fn paragraphs(source: &str) -> Vec<(usize, String)> {
     found
 }
 
-/// Replaces each code span by one word and leaves out what is in parentheses.
-fn without_asides(paragraph: &str) -> String {
+/// Replaces each code span by one word.
+fn without_code_spans(paragraph: &str) -> String {
     let parts = paragraph.split('`').enumerate();
     let parts = parts.map(|(index, part)| if index % 2 == 1 { "code" } else { part });
-    let mut depth = 0_usize;
-    let mut is_outside = |c: char| {
-        let before = depth;
-        match c {
-            '(' => depth += 1,
-            ')' => depth = depth.saturating_sub(1),
-            _ => {}
-        }
-        before == 0 && depth == 0
-    };
-    let text: String = parts.collect();
-    text.chars().filter(|c| is_outside(*c)).collect()
+    parts.collect()
+}
+
+/// Reports whether a word ends a sentence, perhaps within parentheses or quotation marks.
+fn ends_sentence(word: &str) -> bool {
+    word.trim_end_matches([')', '"']).ends_with(['.', '?', '!'])
 }
 
 #[test]
@@ -169,10 +163,9 @@ fn sentences_of_comments_are_short() {
     let mut wrong = Vec::new();
     for source in all_sources() {
         for (line, paragraph) in paragraphs(&source.text) {
-            let paragraph = without_asides(&paragraph);
+            let paragraph = without_code_spans(&paragraph);
             let words: Vec<&str> = paragraph.split_whitespace().collect();
-            for sentence in words.split_inclusive(|word| word.ends_with(['.', ':', ';', '?', '!']))
-            {
+            for sentence in words.split_inclusive(|word| ends_sentence(word)) {
                 let is_word = |word: &&&str| word.contains(char::is_alphanumeric);
                 let count = sentence.iter().filter(is_word).count();
                 if count > MAX_SENTENCE_WORDS {

@@ -13,7 +13,7 @@ pub(super) fn distances(shot: &super::Shot, kind: EngineKind, points: &[[f32; 3]
     let mut engine = open(kind).expect("it needs no device");
     let loaded = SceneInput {
         module: &shot.compiled.module,
-        outputs: &shot.outputs,
+        uniform_values: &shot.uniform_values,
         generated: SceneSource::default(),
     };
     engine.load(&loaded).expect("it loads");

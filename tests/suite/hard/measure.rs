@@ -19,7 +19,7 @@ pub(super) struct Shot {
     /// Name of the scene; with several cameras, also that of the camera: `tips/front`.
     pub(super) name: String,
     pub(super) compiled: Compiled,
-    pub(super) outputs: Vec<f64>,
+    pub(super) uniform_values: Vec<f64>,
     pub(super) settings: RenderSettings,
     truth: OnceCell<GroundTruth>,
 }
@@ -82,24 +82,29 @@ impl Measured {
 }
 
 /// Returns the settings of a scene for one of its cameras.
-fn settings(compiled: &Compiled, outputs: &[f64], camera: &str, size: [u32; 2]) -> RenderSettings {
+fn settings(
+    compiled: &Compiled,
+    uniform_values: &[f64],
+    camera: &str,
+    size: [u32; 2],
+) -> RenderSettings {
     let overrides = Overrides {
         size: Some(size),
         aa: Some(1),
         camera: (!camera.is_empty()).then(|| camera.to_owned()),
         ..Overrides::default()
     };
-    let settings = resolve(&compiled.module, outputs, &overrides);
+    let settings = resolve(&compiled.module, uniform_values, &overrides);
     settings.expect("the scene has settings")
 }
 
 fn shot(name: String, mut compiled: Compiled, camera: &str, size: [u32; 2]) -> Shot {
-    let outputs = compiled.module.update(0.0);
-    let settings = settings(&compiled, &outputs, camera, size);
+    let uniform_values = compiled.module.update(0.0);
+    let settings = settings(&compiled, &uniform_values, camera, size);
     Shot {
         name,
         compiled,
-        outputs,
+        uniform_values,
         settings,
         truth: OnceCell::new(),
     }
@@ -147,7 +152,7 @@ pub(super) fn drawn(shot: &Shot, kind: EngineKind, settings: &RenderSettings) ->
     let generated = shot.compiled.generated();
     let loaded = SceneInput {
         module: &shot.compiled.module,
-        outputs: &shot.outputs,
+        uniform_values: &shot.uniform_values,
         generated: SceneSource {
             text: &generated.text,
             calls: &generated.calls,

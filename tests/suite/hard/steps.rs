@@ -1,5 +1,5 @@
-//! Step lengths: slopes are bounded rather than guessed, the effect of a stated smaller slope is visible,
-//! and rays that end without a hit are reported.
+//! Step lengths. Slopes are bounded rather than guessed, the effect of a stated smaller slope is visible, and
+//! rays that end without a hit are reported.
 
 use super::SIZE;
 use super::chains::distances;

@@ -37,14 +37,14 @@ pub(crate) fn frame(
     options: &DrawOptions,
 ) -> Result<Image, String> {
     let mut compiled = compiled(text, options.passes.clone())?;
-    let outputs = compiled.module.update(0.0);
+    let uniform_values = compiled.module.update(0.0);
     let overrides = Overrides {
         size: Some(options.size),
         aa: Some(1),
         cells: options.cells,
         ..Overrides::default()
     };
-    let settings = resolve(&compiled.module, &outputs, &overrides);
+    let settings = resolve(&compiled.module, &uniform_values, &overrides);
     let settings = settings.map_err(|error| error.to_string())?;
     let source = compiled.generated();
     let generated = SceneSource {
@@ -53,7 +53,7 @@ pub(crate) fn frame(
     };
     let loaded = SceneInput {
         module: &compiled.module,
-        outputs: &outputs,
+        uniform_values: &uniform_values,
         generated,
     };
     engine.load(&loaded).expect("it loads");

@@ -1,9 +1,8 @@
 //! Equivalent texts in `tests/pairs`, drawn under two lights on the CPU, with cells and without.
 //!
-//! Each file contains one class, named by its first line. `# name` begins an entry; its texts are
-//! separated by lines `=`. A line `// fault: 12 pixels, …` in an entry states how many pixels differ in
-//! the worst picture and what must be fixed; `// excused: 12 pixels, since …` states why the difference
-//! is correct.
+//! Each file contains one class, named by its first line. `# name` begins an entry; its texts are separated
+//! by lines `=`. A line `// fault: 12 pixels, …` in an entry states how many pixels differ in the worst
+//! picture and what must be fixed. `// excused: 12 pixels, since …` states why the difference is correct.
 
 use super::compare::compare;
 use super::draw::draw;

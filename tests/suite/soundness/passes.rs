@@ -7,7 +7,7 @@
 use super::samples::{Field, point_at, points_of, zeros};
 use crate::corpus::{name, on_large_stack, scene, scenes};
 use sdfc_compiler::compile::{self, Compiled, compile};
-use sdfc_compiler::passes::lod::{LodTarget, PixelFootprint};
+use sdfc_compiler::passes::lod::{LodTarget, PixelSize};
 use sdfc_compiler::passes::{PASSES, Pass, PassEffect, PassOptions};
 use sdfc_runtime::engine::{EngineKind, SceneInput, open};
 use sdfc_runtime::render::{CellMode, Image, RenderSettings, ResolvedLens};
@@ -67,17 +67,17 @@ fn compiled_with(path: &Path, kept: &dyn Fn(&str) -> bool, sight: Option<LodTarg
 
 /// Returns the settings of the picture and the target for level of detail.
 fn seen(compiled: &mut Compiled) -> (RenderSettings, LodTarget) {
-    let outputs = compiled.module.update(0.0);
+    let uniform_values = compiled.module.update(0.0);
     let overrides = Overrides {
         size: Some(SIZE),
         aa: Some(1),
         cells: CellMode::Never,
         ..Overrides::default()
     };
-    let settings = resolve(&compiled.module, &outputs, &overrides).expect("it has settings");
+    let settings = resolve(&compiled.module, &uniform_values, &overrides).expect("it has settings");
     let pixel = match settings.view.lens {
-        ResolvedLens::Perspective(angle) => PixelFootprint::from_perspective(angle, SIZE),
-        ResolvedLens::Orthographic(shown) => PixelFootprint::from_parallel(shown, SIZE),
+        ResolvedLens::Perspective(angle) => PixelSize::from_perspective(angle, SIZE),
+        ResolvedLens::Orthographic(shown) => PixelSize::from_parallel(shown, SIZE),
     };
     let sight = LodTarget {
         camera_position: settings.view.from,
@@ -89,10 +89,10 @@ fn seen(compiled: &mut Compiled) -> (RenderSettings, LodTarget) {
 
 fn drawn(compiled: &mut Compiled, settings: &RenderSettings) -> Image {
     let mut engine = open(EngineKind::Cpu).expect("there is always a CPU");
-    let outputs = compiled.module.update(0.0);
+    let uniform_values = compiled.module.update(0.0);
     let loaded = SceneInput {
         module: &compiled.module,
-        outputs: &outputs,
+        uniform_values: &uniform_values,
         generated: SceneSource::default(),
     };
     engine.load(&loaded).expect("it loads");

@@ -30,11 +30,11 @@ fn rays_through_cells_end_on_surfaces() {
     let (mut hits, mut failures) = (0, Vec::new());
     for text in FIELDS {
         let mut compiled = compiled_text(&format!("{text}\n"), PassOptions::default());
-        let outputs = compiled.module.update(0.0);
+        let uniform_values = compiled.module.update(0.0);
         let module = &compiled.module;
         let scene = SceneInput {
             module,
-            outputs: &outputs,
+            uniform_values: &uniform_values,
             generated: SceneSource::default(),
         };
         engine.load(&scene).expect("it loads");
@@ -45,7 +45,7 @@ fn rays_through_cells_end_on_surfaces() {
                 cells: CellMode::Always,
                 ..Overrides::default()
             };
-            let settings = resolve(module, &outputs, &overrides).expect("it has settings");
+            let settings = resolve(module, &uniform_values, &overrides).expect("it has settings");
             let frame = engine.render(&settings, &|_| {}).expect("it is drawn");
             let camera = ReferenceCamera::new(&settings);
             let ResolvedLens::Perspective(angle) = settings.view.lens else {

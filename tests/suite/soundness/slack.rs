@@ -12,7 +12,7 @@ use sdfc_trials::random::Random;
 use sdfc_trials::skip::is_gpu_skipped;
 use sdfc_vm::evaluate::evaluate;
 use sdfc_vm::lanes::{LANES, Points};
-use sdfc_vm::program::{Code, Program};
+use sdfc_vm::program::{Opcode, Program};
 use sdfc_vm::tape::Tape;
 use sdfc_vm::tape::evaluator::TapeEvaluator;
 use sdfc_vm::vector::V3;
@@ -68,7 +68,7 @@ fn touching([x, y, z]: [f32; 3]) -> String {
 fn changed_by_guards(text: &str, mut place: impl FnMut(&mut Random) -> [f32; 3]) -> Vec<String> {
     let module = compiled_text(text, PassOptions::default()).module;
     let program = &module.distance;
-    let guards = program.code.iter().filter(|i| i.code == Code::Guard);
+    let guards = program.code.iter().filter(|i| i.code == Opcode::Guard);
     assert!(guards.count() > 2);
     let tape = Tape::new(program);
     let mut machine = TapeEvaluator::<f32>::new(tape.values, tape.points);
@@ -129,11 +129,11 @@ fn the_first_of_coincident_faces_is_visible_on_every_engine() {
         for blend in ["|", "&"] {
             let text = format!("box(2, 1, 1).color(#ff0000) {blend} box(1, 1, 2).color(#0000ff)\n");
             let mut compiled = compiled_text(&text, PassOptions::default());
-            let outputs = compiled.module.update(0.0);
+            let uniform_values = compiled.module.update(0.0);
             let source = compiled.generated();
             let loaded = SceneInput {
                 module: &compiled.module,
-                outputs: &outputs,
+                uniform_values: &uniform_values,
                 generated: SceneSource {
                     text: &source.text,
                     calls: &source.calls,
@@ -152,14 +152,14 @@ fn the_first_of_coincident_faces_is_visible_on_every_engine() {
 /// Loads a text without generated code into an engine.
 fn load(engine: &mut dyn Engine, text: &str) -> (Compiled, Vec<f64>) {
     let mut compiled = compiled_text(text, PassOptions::default());
-    let outputs = compiled.module.update(0.0);
+    let uniform_values = compiled.module.update(0.0);
     let loaded = SceneInput {
         module: &compiled.module,
-        outputs: &outputs,
+        uniform_values: &uniform_values,
         generated: SceneSource::default(),
     };
     engine.load(&loaded).expect("it loads");
-    (compiled, outputs)
+    (compiled, uniform_values)
 }
 
 /// A hole is filled with another colour, flush with the face. No skin remains visible.
@@ -181,7 +181,7 @@ fn fillings_of_holes_are_visible() {
 /// Asserts that only blue is visible within a radius of 1 of the y axis, at the height 0.5.
 fn assert_filling_visible(text: &str) {
     let mut engine = open(EngineKind::Cpu).expect("there is always a CPU");
-    let (compiled, outputs) = load(&mut *engine, text);
+    let (compiled, uniform_values) = load(&mut *engine, text);
     for (from, cells) in [
         ([0.3, 6.0, 0.4], CellMode::Never),
         ([3.0, 4.0, 2.0], CellMode::Never),
@@ -201,7 +201,8 @@ fn assert_filling_visible(text: &str) {
             }),
             ..Overrides::default()
         };
-        let settings = resolve(&compiled.module, &outputs, &overrides).expect("it has settings");
+        let settings =
+            resolve(&compiled.module, &uniform_values, &overrides).expect("it has settings");
         let frame = engine.render(&settings, &|_| {}).expect("it is drawn");
         let camera = ReferenceCamera::new(&settings);
         let mut seen = 0;
@@ -250,7 +251,7 @@ fn no_seams_show_between_bricks() {
     let mut engine = open(EngineKind::Cpu).expect("there is always a CPU");
     let text = "union(for i in 0..12 { for k in 0..12 { box(5, 4, 5).translate(5 * i, 0, 5 * k) } })\
         .translate(250000, 100000, 3000)\n";
-    let (compiled, outputs) = load(&mut *engine, text);
+    let (compiled, uniform_values) = load(&mut *engine, text);
     for cells in [CellMode::Never, CellMode::Always] {
         let overrides = Overrides {
             size: Some([240, 180]),
@@ -264,7 +265,8 @@ fn no_seams_show_between_bricks() {
             }),
             ..Overrides::default()
         };
-        let settings = resolve(&compiled.module, &outputs, &overrides).expect("it has settings");
+        let settings =
+            resolve(&compiled.module, &uniform_values, &overrides).expect("it has settings");
         let frame = engine.render(&settings, &|_| {}).expect("it is drawn");
         let camera = ReferenceCamera::new(&settings);
         let (mut seen, mut wrong) = (0, Vec::new());

@@ -6,8 +6,8 @@ use sdfc_trials::random::Random;
 use sdfc_vm::record::scalar_literal;
 use std::collections::BTreeSet;
 
-/// Reports whether a number belongs to the structure of the text (rows of matrices, seeds of gradients)
-/// or is the sign of a blend, which the text omits.
+/// Reports whether a number belongs to the structure of the text (rows of matrices, seeds of gradients) or is
+/// the sign of a blend. The text omits the latter.
 fn is_structure(bits: u32) -> bool {
     [0.0_f32, 1.0].contains(&f32::from_bits(bits).abs())
 }

@@ -61,12 +61,12 @@ fn have_the_same_bits(arithmetic: Arithmetic, programs: u64, points: usize) {
             distance: program(seed),
             ..plain.clone()
         };
-        let outputs = module.update(0.0);
+        let uniform_values = module.update(0.0);
         let compiled = raise(module);
         let source = compiled.generated();
         let loaded = SceneInput {
             module: &compiled.module,
-            outputs: &outputs,
+            uniform_values: &uniform_values,
             generated: SceneSource {
                 text: &source.text,
                 calls: &source.calls,

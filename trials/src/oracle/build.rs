@@ -185,7 +185,7 @@ impl TreeBuilder<'_> {
                 parameters,
             } => {
                 let numbers = self.numbers.get_all(parameters);
-                let kind = transform(*op, self.node_id(*child), &numbers, shape.plane);
+                let kind = transform(*op, self.node_id(*child), &numbers, shape.is_2d);
                 kind.unwrap_or_else(|| panic!("{op:?} changes no shape"))
             }
             ShapeKind::Warp { child, point } => {

@@ -287,8 +287,8 @@ impl PointFormula {
     fn run_range(&self, p: Point, radius: f64, step_values: &mut [ValueRange]) -> [ValueRange; 3] {
         STEPS_RUN.set(STEPS_RUN.get() + self.steps.len() as u64);
         let read = |operand: Operand, step_values: &[ValueRange]| match operand {
-            Operand::Number(value) => ValueRange::centered(value, 0.0),
-            Operand::Coordinate(axis) => ValueRange::centered(p[usize::from(axis)], radius),
+            Operand::Number(value) => ValueRange::centred(value, 0.0),
+            Operand::Coordinate(axis) => ValueRange::centred(p[usize::from(axis)], radius),
             Operand::Step(index) => step_values[index as usize],
         };
         for (index, step) in self.steps.iter().enumerate() {
@@ -303,8 +303,8 @@ impl PointFormula {
                     numbers,
                 } => {
                     let q = point.map(|operand| read(operand, step_values));
-                    let center_value = lattice_noise(q.map(|r| 0.5 * (r.low + r.high)), numbers);
-                    range::noise(*op, read(*sum, step_values), q, center_value, numbers)
+                    let centre_value = lattice_noise(q.map(|r| 0.5 * (r.low + r.high)), numbers);
+                    range::noise(*op, read(*sum, step_values), q, centre_value, numbers)
                 }
             };
         }

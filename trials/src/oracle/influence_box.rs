@@ -22,7 +22,7 @@ impl InfluenceBox {
     };
 
     /// Creates a box around the origin from its half sizes, for a shape with exact distances.
-    pub(super) fn centered(half: Point) -> Self {
+    pub(super) fn centred(half: Point) -> Self {
         Self {
             low: half.map(|v| -v),
             high: half,

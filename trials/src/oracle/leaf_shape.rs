@@ -3,7 +3,7 @@
 use super::influence_box::InfluenceBox;
 use super::point::Point;
 use sdfc_vm::apply::{OpResult, apply_numbers};
-use sdfc_vm::row::{Category, Exactness, Slope};
+use sdfc_vm::row::{Category, Exactness, SlopeRule};
 use sdfc_vm::table::Op;
 use sdfc_vm::vector::V3;
 
@@ -52,13 +52,13 @@ impl LeafShape {
 /// that are no shapes.
 pub(super) fn shape_by_body(op: Op, k: &[f64]) -> Option<LeafShape> {
     let row = op.row();
-    let meta = &row.meta;
-    if !matches!(meta.category, Category::Shape3 | Category::Shape2) {
+    let facts = &row.facts;
+    if !matches!(facts.category, Category::Shape3 | Category::Shape2) {
         return None;
     }
     let width = row.parameters.iter().map(|p| p.ty.width()).sum();
     let parameters = k[..width].to_vec();
-    let bounds = match (meta.bounds.shape_bounds(&parameters), meta.exactness) {
+    let bounds = match (facts.bounds.shape_bounds(&parameters), facts.exactness) {
         (Some(volume), Exactness::Exact | Exactness::ExactOutside) => InfluenceBox {
             low: volume.min,
             high: volume.max,
@@ -66,9 +66,9 @@ pub(super) fn shape_by_body(op: Op, k: &[f64]) -> Option<LeafShape> {
         },
         _ => InfluenceBox::ALL_SPACE,
     };
-    let slope_bound = match meta.slope {
-        Slope::Constant(bound) => bound,
-        Slope::FromParams(bound) => bound(&parameters),
+    let slope_bound = match facts.slope {
+        SlopeRule::Constant(bound) => bound,
+        SlopeRule::FromParams(bound) => bound(&parameters),
         _ => f64::INFINITY,
     };
     Some(LeafShape {

@@ -35,9 +35,9 @@ impl ValueRange {
         Self { low, high }
     }
 
-    /// Creates the range of all numbers within `radius` of a center.
-    pub(super) fn centered(center: f64, radius: f64) -> Self {
-        Self::new(center - radius, center + radius)
+    /// Creates the range of all numbers within `radius` of a centre.
+    pub(super) fn centred(centre: f64, radius: f64) -> Self {
+        Self::new(centre - radius, centre + radius)
     }
 
     /// Reports whether all numbers have the same nonzero sign.
@@ -171,7 +171,7 @@ fn angle(y: ValueRange, x: ValueRange) -> ValueRange {
     if x.low <= 0.0 && !y.excludes_zero() {
         return ValueRange::new(-PI, PI);
     }
-    let at_corner = |y: f64, x: f64| ValueRange::centered(y.atan2(x), 0.0);
+    let at_corner = |y: f64, x: f64| ValueRange::centred(y.atan2(x), 0.0);
     let range = at_corner(y.low, x.low).hull(at_corner(y.high, x.low));
     range
         .hull(at_corner(y.low, x.high))
@@ -235,12 +235,12 @@ pub(super) fn arithmetic(op: Op, [a, b, c]: [ValueRange; 3]) -> ValueRange {
 
 /// Returns the range of a noise row applied to a range.
 ///
-/// `center` is the noise at the center of the point's ranges.
+/// `centre` is the noise at the centre of the point's ranges.
 pub(super) fn noise(
     op: Op,
     sum: ValueRange,
     p: [ValueRange; 3],
-    center: f64,
+    centre: f64,
     numbers: &[f64],
 ) -> ValueRange {
     let (frequency, amplitude) = match numbers {
@@ -249,17 +249,17 @@ pub(super) fn noise(
     };
     let half_width_sum: f64 = p.iter().map(|r| 0.5 * (r.high - r.low)).sum();
     let value_range =
-        ValueRange::centered(center, MAX_NOISE_SLOPE * frequency.abs() * half_width_sum);
+        ValueRange::centred(centre, MAX_NOISE_SLOPE * frequency.abs() * half_width_sum);
     let value_range = value_range.map_increasing(|v| v.clamp(-1.0, 1.0));
     let value = match op {
         Op::Noise => return value_range,
-        Op::NoiseSlope => return ValueRange::centered(0.0, MAX_NOISE_SLOPE * 3.0_f64.sqrt()),
+        Op::NoiseSlope => return ValueRange::centred(0.0, MAX_NOISE_SLOPE * 3.0_f64.sqrt()),
         Op::RidgeOctave => value_range
             .abs()
             .negated()
             .map_increasing(|v| 1.0 + 2.0 * v),
         _ => value_range,
     };
-    sum.plus(value.times(ValueRange::centered(amplitude, 0.0)))
+    sum.plus(value.times(ValueRange::centred(amplitude, 0.0)))
         .widened_for_rounding()
 }

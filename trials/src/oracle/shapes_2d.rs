@@ -7,7 +7,7 @@ use sdfc_vm::table::Op;
 
 /// Returns the 2-D shape of a row, or `None` for other rows.
 pub(super) fn shape_2d(op: Op, k: &[f64]) -> Option<LeafShape> {
-    let infinite_prism = |x: f64, y: f64| InfluenceBox::centered([x, y, f64::INFINITY]);
+    let infinite_prism = |x: f64, y: f64| InfluenceBox::centred([x, y, f64::INFINITY]);
     let mut parameters = k.to_vec();
     let (distance, bounds): (DistanceFn, InfluenceBox) = match op {
         Op::Circle => (|k, p| norm2(p[0], p[1]) - k[0], infinite_prism(k[0], k[0])),

@@ -19,11 +19,11 @@ pub(super) fn solid(op: Op, k: &[f64]) -> Option<LeafShape> {
     let all_space = InfluenceBox::ALL_SPACE;
     let mut slope_bound = 1.0;
     let (distance, bounds): (DistanceFn, InfluenceBox) = match op {
-        Op::Sphere => (|k, p| norm(p) - k[0], InfluenceBox::centered([k[0]; 3])),
-        Op::Cuboid => (cuboid, InfluenceBox::centered([k[0], k[1], k[2]])),
-        Op::RoundedCuboid => (rounded_cuboid, InfluenceBox::centered([k[0], k[1], k[2]])),
-        Op::BoxFrame => (box_frame, InfluenceBox::centered([k[0], k[1], k[2]])),
-        Op::Capsule => (capsule, InfluenceBox::centered([k[1], k[0] + k[1], k[1]])),
+        Op::Sphere => (|k, p| norm(p) - k[0], InfluenceBox::centred([k[0]; 3])),
+        Op::Cuboid => (cuboid, InfluenceBox::centred([k[0], k[1], k[2]])),
+        Op::RoundedCuboid => (rounded_cuboid, InfluenceBox::centred([k[0], k[1], k[2]])),
+        Op::BoxFrame => (box_frame, InfluenceBox::centred([k[0], k[1], k[2]])),
+        Op::Capsule => (capsule, InfluenceBox::centred([k[1], k[0] + k[1], k[1]])),
         Op::CapsuleBetween => (capsule_between, {
             let ends = [0, 1, 2].map(|i| [k[i], k[i] + k[4 + i]]);
             InfluenceBox {
@@ -34,14 +34,14 @@ pub(super) fn solid(op: Op, k: &[f64]) -> Option<LeafShape> {
         }),
         Op::Torus => (
             torus,
-            InfluenceBox::centered([k[0] + k[1], k[1], k[0] + k[1]]),
+            InfluenceBox::centred([k[0] + k[1], k[1], k[0] + k[1]]),
         ),
         Op::CappedTorus => (
             capped_torus,
-            InfluenceBox::centered([k[0] + k[1], k[1], k[0] + k[1]]),
+            InfluenceBox::centred([k[0] + k[1], k[1], k[0] + k[1]]),
         ),
-        Op::Cylinder => (cylinder, InfluenceBox::centered([k[0], k[1], k[0]])),
-        Op::RoundedCylinder => (rounded_cylinder, InfluenceBox::centered([k[0], k[1], k[0]])),
+        Op::Cylinder => (cylinder, InfluenceBox::centred([k[0], k[1], k[0]])),
+        Op::RoundedCylinder => (rounded_cylinder, InfluenceBox::centred([k[0], k[1], k[0]])),
         Op::CylinderBetween => (cylinder_between, {
             let half_size = [0, 1, 2].map(|i| (k[4 + i] * k[7]).abs() + k[3]);
             InfluenceBox {
@@ -53,7 +53,7 @@ pub(super) fn solid(op: Op, k: &[f64]) -> Option<LeafShape> {
         Op::InfiniteCone => (infinite_cone, all_space),
         Op::Cone => (
             cone,
-            InfluenceBox::centered([k[0].max(k[1]), k[2], k[0].max(k[1])]),
+            InfluenceBox::centred([k[0].max(k[1]), k[2], k[0].max(k[1])]),
         ),
         Op::RoundedCone => (rounded_cone, {
             let radius = k[0].max(k[1]) + k[7];
@@ -71,22 +71,22 @@ pub(super) fn solid(op: Op, k: &[f64]) -> Option<LeafShape> {
                 distance_ratio: 1.0,
             }
         }),
-        Op::Ellipsoid => (ellipsoid, InfluenceBox::centered([k[0], k[1], k[2]])),
+        Op::Ellipsoid => (ellipsoid, InfluenceBox::centred([k[0], k[1], k[2]])),
         Op::Plane => (|k, p| dot([k[0], k[1], k[2]], p) - k[3], all_space),
         Op::Slab => (|k, p| dot([k[0], k[1], k[2]], p).abs() - k[3], all_space),
         Op::Prism => (prism, {
             let radius = norm2(k[2], k[3]);
-            InfluenceBox::centered([radius, k[4], radius])
+            InfluenceBox::centred([radius, k[4], radius])
         }),
-        Op::Octahedron => (octahedron, InfluenceBox::centered([k[0]; 3])),
+        Op::Octahedron => (octahedron, InfluenceBox::centred([k[0]; 3])),
         Op::Tetrahedron => (
             tetrahedron,
-            InfluenceBox::centered([k[0] * 3.0_f64.sqrt(); 3]),
+            InfluenceBox::centred([k[0] * 3.0_f64.sqrt(); 3]),
         ),
-        Op::Pyramid => (pyramid, InfluenceBox::centered([k[0], k[1], k[0]])),
+        Op::Pyramid => (pyramid, InfluenceBox::centred([k[0], k[1], k[0]])),
         Op::Link => (
             link,
-            InfluenceBox::centered([k[1] + k[2], k[0] + k[1] + k[2], k[2]]),
+            InfluenceBox::centred([k[1] + k[2], k[0] + k[1] + k[2], k[2]]),
         ),
         Op::Gyroid => (gyroid, all_space),
         Op::SchwarzP => (schwarz_p, all_space),
@@ -220,7 +220,7 @@ fn rounded_cone(k: &[f64], p: Point) -> f64 {
 
 /// Returns the signed distance to a round cone.
 ///
-/// `k` holds both radii, the height of the lower center, the height of the upper center above it, and the
+/// `k` holds both radii, the height of the lower centre, the height of the upper centre above it, and the
 /// normal of the side.
 fn round_cone(k: &[f64], p: Point) -> f64 {
     let [radius, height] = cylindrical(p);

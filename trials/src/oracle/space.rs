@@ -99,13 +99,13 @@ impl GridAxis {
             };
         }
         let is_bounded = low.is_finite() && high.is_finite();
-        let center = if is_bounded { 0.5 * (low + high) } else { 0.0 };
+        let centre = if is_bounded { 0.5 * (low + high) } else { 0.0 };
         let (number, first) = if last.is_finite() {
             let first = -0.5 * last * spacing;
-            let number = ((p[axis] - center - first) / spacing).round();
+            let number = ((p[axis] - centre - first) / spacing).round();
             (number.clamp(0.0, last), first)
         } else {
-            (((p[axis] - center) / spacing).round(), 0.0)
+            (((p[axis] - centre) / spacing).round(), 0.0)
         };
         let nearest = p[axis] - first - number * spacing;
         let (copies_below, copies_above) = match last.is_finite() {
@@ -194,10 +194,10 @@ impl CopyRing {
         mut visit: impl FnMut(Point) -> f64,
     ) -> f64 {
         let (x, y) = (p[0], p[self.second_axis]);
-        let center = [0, self.second_axis].map(|i| child.low[i] + child.high[i]);
+        let centre = [0, self.second_axis].map(|i| child.low[i] + child.high[i]);
         let count = self.rotations.len();
-        let first = match center.iter().all(|v| v.is_finite()) {
-            true => (y.atan2(x) - center[1].atan2(center[0])) / TAU * count as f64,
+        let first = match centre.iter().all(|v| v.is_finite()) {
+            true => (y.atan2(x) - centre[1].atan2(centre[0])) / TAU * count as f64,
             false => 0.0,
         };
         let first = (first.round() as i64).rem_euclid(count as i64) as usize;

@@ -11,7 +11,7 @@ impl ShapeTree {
     pub(super) fn span(&self, id: TreeNodeId, p: Point, radius: f64) -> ValueRange {
         let node = self.node(id);
         if node.slope_bound.is_finite() {
-            return ValueRange::centered(self.value(id, p), node.slope_bound * radius);
+            return ValueRange::centred(self.value(id, p), node.slope_bound * radius);
         }
         self.derived_span(node, p, radius)
     }
@@ -26,12 +26,12 @@ impl ShapeTree {
             NodeKind::Displace(child, formula) => unmoved(*child).plus(formula.range(p, radius)[0]),
             NodeKind::Warp(child, formula) => {
                 let image = formula.range(p, radius);
-                let image_center = image.map(|r| 0.5 * (r.low + r.high));
+                let image_centre = image.map(|r| 0.5 * (r.low + r.high));
                 let image_radius = norm(image.map(|r| 0.5 * (r.high - r.low)));
                 if !image_radius.is_finite() {
                     return ValueRange::UNBOUNDED;
                 }
-                self.span(*child, image_center, image_radius)
+                self.span(*child, image_centre, image_radius)
             }
             NodeKind::Twist(child, distance_ratio) => {
                 let stretch = 1.0 + distance_ratio.abs() * (norm2(p[0], p[2]) + radius);
@@ -52,7 +52,7 @@ impl ShapeTree {
             NodeKind::Complement(child) => unmoved(*child).negated(),
             NodeKind::Scale(child, factor) => unmoved(*child).map_increasing(|v| v * factor.abs()),
             NodeKind::Extrude(child, half) => {
-                let height = ValueRange::centered(p[2], radius)
+                let height = ValueRange::centred(p[2], radius)
                     .abs()
                     .map_increasing(|v| v - half);
                 let shape_2d = unmoved(*child);
@@ -62,7 +62,7 @@ impl ShapeTree {
                 )
             }
             NodeKind::RoundedExtrude(child, half, round) => {
-                let height = ValueRange::centered(p[2], radius).abs();
+                let height = ValueRange::centred(p[2], radius).abs();
                 let rounded_extrusion = |shape_2d: f64, height: f64| {
                     extrusion_distance(shape_2d + round, height - half + round) - round
                 };

@@ -173,11 +173,11 @@ impl<'t> OracleRay<'t> {
                 .start_magnitude
                 .max(max_coordinate(p))
                 .max(f64::MIN_POSITIVE);
-        let center_value = self.value(p);
+        let centre_value = self.value(p);
         let one_sided_slope = |axis: usize, side: f64| {
             let mut q = p;
             q[axis] += side * length;
-            side * (self.value(q) - center_value) / (q[axis] - p[axis]).abs()
+            side * (self.value(q) - centre_value) / (q[axis] - p[axis]).abs()
         };
         [1.0, -1.0].map(|side| [0, 1, 2].map(|axis| one_sided_slope(axis, side)))
     }

@@ -34,10 +34,10 @@ pub(super) enum ShapeClass {
 impl ShapeClass {
     /// Returns the class of a row, or `None` for rows that are no shapes.
     pub(super) fn from_row(row: &Row) -> Option<Self> {
-        let is_exact = row.meta.exactness == Exactness::Exact;
-        let bounds = row.meta.bounds.shape_bounds(&[0.5; MAX_PARAMETERS]);
+        let is_exact = row.facts.exactness == Exactness::Exact;
+        let bounds = row.facts.bounds.shape_bounds(&[0.5; MAX_PARAMETERS]);
         let is_finite = bounds.is_some_and(|bounds| bounds.is_finite());
-        match row.meta.category {
+        match row.facts.category {
             Category::Shape3 if !is_exact => Some(Self::BoundSolid { is_finite }),
             Category::Shape3 if is_finite => Some(Self::ExactSolid),
             Category::Shape3 => Some(Self::UnboundedSolid),
@@ -56,7 +56,7 @@ pub(super) fn rows(class: ShapeClass) -> Vec<&'static Row> {
 
 /// Returns a call that creates a shape of a row, with random arguments.
 pub(super) fn call(r: &mut Random, row: &Row) -> String {
-    let Some(language) = row.meta.language else {
+    let Some(language) = row.facts.language else {
         panic!("`{}` is no word of the language", row.name);
     };
     let mut arguments = CallArguments {
@@ -77,7 +77,7 @@ pub(super) fn call(r: &mut Random, row: &Row) -> String {
 
 /// Reports whether a row has an argument of one of these kinds.
 fn has_kind(row: &Row, kinds: &[ArgumentKind]) -> bool {
-    row.meta.language.is_some_and(|language| {
+    row.facts.language.is_some_and(|language| {
         language
             .arguments
             .iter()
@@ -195,7 +195,7 @@ mod tests {
     fn each_shape_of_the_table_is_called_with_valid_arguments() {
         let mut r = Random::new(1);
         for row in ROWS {
-            if !matches!(row.meta.category, Category::Shape3 | Category::Shape2) {
+            if !matches!(row.facts.category, Category::Shape3 | Category::Shape2) {
                 continue;
             }
             let class = ShapeClass::from_row(row);

@@ -64,7 +64,7 @@ fn size_at(p: Point, size: f64) -> f64 {
 /// Generator of points at which claims are tested: in the shape's box, near its surface, and far away.
 struct TrialPoints {
     random: Random,
-    center: Point,
+    centre: Point,
     half_size: Point,
     size: f64,
 }
@@ -79,13 +79,13 @@ impl TrialPoints {
             true => 0.5 * (max[axis] - min[axis]) + 0.01 * size,
             false => size,
         };
-        let center = |axis: usize| match is_bounded(axis) {
+        let centre = |axis: usize| match is_bounded(axis) {
             true => 0.5 * (max[axis] + min[axis]),
             false => 0.0,
         };
         Self {
             random: Random::new(seed),
-            center: [0, 1, 2].map(center),
+            centre: [0, 1, 2].map(centre),
             half_size: [0, 1, 2].map(half_size),
             size,
         }
@@ -94,7 +94,7 @@ impl TrialPoints {
     /// Returns a random point of the box scaled by a factor.
     fn in_box(&mut self, factor: f64) -> Point {
         let offset = random_point(&mut self.random, factor);
-        [0, 1, 2].map(|i| self.center[i] + self.half_size[i] * offset[i])
+        [0, 1, 2].map(|i| self.centre[i] + self.half_size[i] * offset[i])
     }
 
     /// Returns a point on an axis or a diagonal of the box, where formulas switch branches.
@@ -102,7 +102,7 @@ impl TrialPoints {
         let mut p = self.in_box(1.5);
         let axis = self.random.below(3);
         match self.random.below(3) {
-            0 => p[axis] = self.center[axis],
+            0 => p[axis] = self.centre[axis],
             1 => p[axis] = p[(axis + 1) % 3],
             _ => (p[axis], p[(axis + 1) % 3]) = (0.0, 0.0),
         }

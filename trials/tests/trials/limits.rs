@@ -1,8 +1,8 @@
 //! Every limit of the language is reached, reported with its position, and listed in `docs/limits.md`.
 
-use sdfc_compiler::clauses::parse_clauses;
 use sdfc_compiler::elaborate::{Loader, Options, elaborate};
 use sdfc_compiler::export::{ExportError, Target, translate};
+use sdfc_compiler::fidget_text::parse_fidget_text;
 use sdfc_lang::{Diagnostics, Sources, Style};
 use sdfc_trials::checks::compiled_text;
 
@@ -137,7 +137,7 @@ fn clauses() {
     }
     let mut sources = Sources::new();
     let file = sources.add("scene.vm", text);
-    let (scene, diagnostics) = parse_clauses(&sources, file);
+    let (scene, diagnostics) = parse_fidget_text(&sources, file);
     let diagnostics: Diagnostics = diagnostics.into_iter().collect();
     let message = diagnostics.render(&sources, Style::Plain);
     assert!(

@@ -13,7 +13,7 @@ use sdfc_trials::random::Random;
 use sdfc_trials::scenes::{RandomScene, SceneStyle, scene};
 use sdfc_vm::evaluate::evaluate;
 use sdfc_vm::lanes::LANES;
-use sdfc_vm::program::{Code, Program};
+use sdfc_vm::program::{Opcode, Program};
 use sdfc_vm::table::Op;
 use sdfc_vm::tape::Tape;
 use sdfc_vm::vector::V3;
@@ -74,7 +74,7 @@ fn assert_equal_values(label: &str, text: &str, [a, b]: [&[f32]; 2], rounding: f
 /// Reports whether a program's value is a safe step instead of the written value.
 fn is_safe_step(program: &Program) -> bool {
     use Op::{Bounded, FieldDistance, FieldGrowth, Piecewise};
-    let steps = [Bounded, FieldDistance, FieldGrowth, Piecewise].map(Code::Op);
+    let steps = [Bounded, FieldDistance, FieldGrowth, Piecewise].map(Opcode::Op);
     program.code.iter().any(|i| steps.contains(&i.code))
 }
 

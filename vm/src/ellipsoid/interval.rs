@@ -1,13 +1,13 @@
 //! Bounds of the distance to an ellipsoid, and of its gradient, over a box.
 
 use super::{MAX_EXACT_RATIO, MULTIPLIER_ERROR, NormalizedEllipsoid, lengths, value, widened};
-use crate::interval::{End, GenericInterval};
+use crate::interval::{Endpoint, GenericInterval};
 use crate::real::{Real, Vector3, lit};
 use crate::vector::V3;
 
 /// Returns the points of a box nearest to the centre and farthest from it, by magnitudes of coordinates.
 #[inline(always)]
-pub(super) fn corners<E: End>(p: V3<GenericInterval<E>>) -> [V3<E>; 2] {
+pub(super) fn corners<E: Endpoint>(p: V3<GenericInterval<E>>) -> [V3<E>; 2] {
     let q = p.abs();
     [
         V3::new(q.x.lo, q.y.lo, q.z.lo),
@@ -17,7 +17,7 @@ pub(super) fn corners<E: End>(p: V3<GenericInterval<E>>) -> [V3<E>; 2] {
 
 /// Returns the value and its gradient over a box, for radii that are single numbers.
 #[inline(always)]
-pub(crate) fn over<E: End>(
+pub(crate) fn over<E: Endpoint>(
     p: V3<GenericInterval<E>>,
     r: V3<GenericInterval<E>>,
 ) -> (GenericInterval<E>, V3<GenericInterval<E>>) {
@@ -29,7 +29,7 @@ pub(crate) fn over<E: End>(
 /// Returns the value and its gradient over a box, given the `t` of the nearest points to the box's corners.
 /// It is branch-free, so that loops over lanes are vectorized.
 #[inline(always)]
-pub(super) fn over_by<E: End>(
+pub(super) fn over_by<E: Endpoint>(
     p: V3<GenericInterval<E>>,
     r: V3<GenericInterval<E>>,
     [first, last]: [E; 2],

@@ -4,7 +4,7 @@ use super::interval::{corners, over_by};
 use super::{MAX_STEPS, NormalVector, NormalizedEllipsoid, Search, facing, lengths};
 use crate::dual::Dual;
 use crate::interval::FloatInterval;
-use crate::lanes::{F32x64, Lane, Points, for_each_lane};
+use crate::lanes::{F32x64, LaneNumber, Points, for_each_lane};
 use crate::real::Vector3;
 use crate::vector::V3;
 
@@ -49,10 +49,10 @@ pub(crate) fn in_lanes(p: &Points, r: V3<f32>, count: usize, out: &mut F32x64) {
 /// [`ellipsoid`].
 #[inline(always)]
 pub(crate) fn gradients_in_lanes(
-    p: &<Dual<f32> as Lane>::PointBlock,
+    p: &<Dual<f32> as LaneNumber>::PointBlock,
     r: V3<f32>,
     count: usize,
-    out: &mut <Dual<f32> as Lane>::Block,
+    out: &mut <Dual<f32> as LaneNumber>::Block,
 ) {
     let r = lengths::<f32>(r);
     let ellipsoid = NormalizedEllipsoid::<f32>::new(V3::splat(0.0), r);
@@ -72,10 +72,10 @@ pub(crate) fn gradients_in_lanes(
 /// Computes bounds of the distance in the first `count` lanes.
 #[inline(always)]
 pub(crate) fn bounds_in_lanes(
-    p: &<FloatInterval as Lane>::PointBlock,
+    p: &<FloatInterval as LaneNumber>::PointBlock,
     r: V3<FloatInterval>,
     count: usize,
-    out: &mut <FloatInterval as Lane>::Block,
+    out: &mut <FloatInterval as LaneNumber>::Block,
 ) {
     let radii = lengths::<f32>(V3::new(r.x.lo, r.y.lo, r.z.lo));
     let ellipsoid = NormalizedEllipsoid::<f32>::new(V3::splat(0.0), radii);

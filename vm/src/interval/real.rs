@@ -1,10 +1,10 @@
 //! The operations of intervals as numbers.
 
-use super::{End, GenericInterval, MAX_NOISE_CURVATURE, Tristate};
+use super::{Endpoint, GenericInterval, MAX_NOISE_CURVATURE, Tristate};
 use crate::real::{Real, eased, lit};
 use crate::vector::V3;
 
-impl<E: End> Real for GenericInterval<E> {
+impl<E: Endpoint> Real for GenericInterval<E> {
     type Bool = Tristate;
     type Vec2 = crate::vector::V2<Self>;
     type Vec3 = V3<Self>;
@@ -140,7 +140,7 @@ impl<E: End> Real for GenericInterval<E> {
         crate::ellipsoid::interval::over(p, r)
     }
     fn noise_slope(p: V3<Self>, seed: Self) -> V3<Self> {
-        <E as End>::noise_gradient(p, seed).1
+        <E as Endpoint>::noise_gradient(p, seed).1
     }
     /// Returns bounds that hold everywhere.
     fn noise_curvature(_: V3<Self>, _: Self) -> [V3<Self>; 3] {
@@ -152,7 +152,7 @@ impl<E: End> Real for GenericInterval<E> {
     }
     #[inline(always)]
     fn noise_gradient(p: V3<Self>, seed: Self) -> (Self, V3<Self>) {
-        <E as End>::noise_gradient(p, seed)
+        <E as Endpoint>::noise_gradient(p, seed)
     }
     #[inline(always)]
     fn discontinuity_gradient(gradient: V3<Self>, condition: Tristate) -> V3<Self> {

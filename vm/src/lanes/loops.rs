@@ -1,7 +1,7 @@
 //! The loops over lanes: each operation of the table, blends and maps of points, once per instruction set.
 
 use super::{
-    F32x64, LANES, Lane, OpInputs, Operation, Points, Rows, SimdLevel, SimdOps, for_each_lane,
+    F32x64, LANES, LaneNumber, OpInputs, Operation, Points, Rows, SimdLevel, SimdOps, for_each_lane,
 };
 use crate::apply::{Apply, OpResult, ParameterReader, read_parameter};
 use crate::blend::BlendKernel;
@@ -17,7 +17,7 @@ use crate::vector::V3;
 /// Runs one operation in one lane after another: the fallback for processors without AVX2, for which no
 /// loop is compiled per operation.
 #[cfg(target_arch = "x86_64")]
-fn apply_scalar<L: Lane + Apply>(
+fn apply_scalar<L: LaneNumber + Apply>(
     op: Op,
     reads: &OpInputs<'_, L>,
     out: &mut L::Block,
@@ -67,7 +67,7 @@ macro_rules! define_lanes {
         $(#[doc = $doc:literal])+
         $name:ident $text:literal = $module:ident::$body:ident(
             $($input:ident: $kind:ident),* ; $($parameter:ident: $ty:ident),*
-        ) -> $output:ident, $prepare:ident::$prepared:ident, $meta:expr;
+        ) -> $output:ident, $prepare:ident::$prepared:ident, $facts:expr;
     )+) => {
         /// The loop of each operation over all lanes; values go to `out`, points to `to`.
         #[allow(non_snake_case, reason = "functions are named as the operations are")]
@@ -75,7 +75,7 @@ macro_rules! define_lanes {
             use super::*;
             $(
                 #[inline(always)]
-                pub(super) fn $name<L: Lane>(
+                pub(super) fn $name<L: LaneNumber>(
                     reads: &OpInputs<'_, L>,
                     out: &mut L::Block,
                     to: &mut L::PointBlock,
@@ -110,8 +110,8 @@ macro_rules! define_lanes {
                     #[target_feature(enable = $features)]
                     fn run(
                         reads: &OpInputs<'_, $L>,
-                        out: &mut <$L as Lane>::Block,
-                        to: &mut <$L as Lane>::PointBlock,
+                        out: &mut <$L as LaneNumber>::Block,
+                        to: &mut <$L as LaneNumber>::PointBlock,
                     ) {
                         operations::$name::<$L>(reads, out, to);
                     }
@@ -151,8 +151,8 @@ macro_rules! only_wide {
 /// function's loops would be compiled again in each crate that uses it.
 macro_rules! simd_ops {
     ($L:ty, $wide:ident, $widest:ident) => {{
-        type B = <$L as Lane>::Block;
-        type P = <$L as Lane>::PointBlock;
+        type B = <$L as LaneNumber>::Block;
+        type P = <$L as LaneNumber>::PointBlock;
         const BASELINE: &[Operation<$L>] = baseline_operations!($L);
         macro_rules! level {
             ($features:literal) => {{
@@ -211,7 +211,7 @@ macro_rules! simd_ops {
     }};
 }
 
-impl Lane for f32 {
+impl LaneNumber for f32 {
     type Block = F32x64;
     type PointBlock = Points;
     #[inline(always)]
@@ -246,7 +246,7 @@ impl Lane for f32 {
 }
 
 /// Gradient in the first three columns, value in the last.
-impl Lane for Dual<f32> {
+impl LaneNumber for Dual<f32> {
     type Block = [F32x64; 4];
     type PointBlock = [F32x64; 12];
     #[inline(always)]
@@ -296,7 +296,7 @@ impl Lane for Dual<f32> {
 }
 
 /// Columns of the lower ends, then of the upper ones.
-impl Lane for FloatInterval {
+impl LaneNumber for FloatInterval {
     type Block = [F32x64; 2];
     type PointBlock = [F32x64; 6];
     #[inline(always)]
@@ -340,7 +340,7 @@ impl Lane for FloatInterval {
 }
 
 /// The gradient's three intervals, then the value's.
-impl Lane for Dual<FloatInterval> {
+impl LaneNumber for Dual<FloatInterval> {
     type Block = [[F32x64; 2]; 4];
     type PointBlock = [[F32x64; 6]; 4];
     #[inline(always)]
@@ -402,13 +402,18 @@ pub fn with_identity_jacobian(points: &Points) -> [F32x64; 12] {
 
 /// Converts a constant of the program.
 #[inline(always)]
-fn constant<L: Lane>(v: f32) -> L {
+fn constant<L: LaneNumber>(v: f32) -> L {
     L::constant(v.into())
 }
 
 /// Translates points by a constant.
 #[inline(always)]
-fn translate<L: Lane>(p: &L::PointBlock, by: &[f32; 4], to: &mut L::PointBlock, count: usize) {
+fn translate<L: LaneNumber>(
+    p: &L::PointBlock,
+    by: &[f32; 4],
+    to: &mut L::PointBlock,
+    count: usize,
+) {
     let [x, y, z, _] = by.map(constant::<L>);
     for_each_lane!(count, lane => {
         L::store_point(L::load_point(p, lane) + L::Vec3::new(x, y, z), to, lane);
@@ -417,7 +422,12 @@ fn translate<L: Lane>(p: &L::PointBlock, by: &[f32; 4], to: &mut L::PointBlock, 
 
 /// Maps points by three rows.
 #[inline(always)]
-fn apply_affine<L: Lane>(p: &L::PointBlock, rows: &Rows, to: &mut L::PointBlock, count: usize) {
+fn apply_affine<L: LaneNumber>(
+    p: &L::PointBlock,
+    rows: &Rows,
+    to: &mut L::PointBlock,
+    count: usize,
+) {
     let rows = rows.map(|row| row.map(constant::<L>));
     for_each_lane!(count, lane => {
         L::store_point(
@@ -430,7 +440,7 @@ fn apply_affine<L: Lane>(p: &L::PointBlock, rows: &Rows, to: &mut L::PointBlock,
 
 /// Stores one number in every lane.
 #[inline(always)]
-fn fill<L: Lane>(v: f32, to: &mut L::Block, count: usize) {
+fn fill<L: LaneNumber>(v: f32, to: &mut L::Block, count: usize) {
     let v = constant::<L>(v);
     for_each_lane!(count, lane => {
         v.store(to, lane);
@@ -439,7 +449,7 @@ fn fill<L: Lane>(v: f32, to: &mut L::Block, count: usize) {
 
 /// `a = blend(a, b)` in every lane.
 #[inline(always)]
-fn blend<L: Lane>(
+fn blend<L: LaneNumber>(
     kernel: BlendKernel,
     a: &mut L::Block,
     b: &L::Block,

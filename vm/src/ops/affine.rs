@@ -1,4 +1,4 @@
-//! Translation, rotation, scaling, shear and reflection: 3×4 matrices that map a point of the world back to
+//! Translation, rotation, scaling, shear and reflection. The 3×4 matrices map a point of the world back to
 //! the shape, row by row with the shift as the fourth number. They are not rows of the table: the compiler
 //! multiplies them together and gives each shape a single one.
 //!

@@ -123,8 +123,8 @@ pub fn chamfer_subtraction<R: Real>(a: R, b: R, size: R) -> R {
     chamfer_intersection(a, -b, size)
 }
 
-/// The union with the edge between both filled by a quarter circle of the radius `r`; exactly that where
-/// the two surfaces meet at right angles.
+/// The union with the edge between both filled by a quarter circle of the radius `r`. It is exactly that
+/// where the two surfaces meet at right angles.
 #[inline(always)]
 pub fn round_union<R: Real>(a: R, b: R, r: R) -> R {
     let corner = R::Vec2::new(r - a, r - b).max(R::Vec2::splat(lit(0.0)));

@@ -18,8 +18,8 @@ pub fn repeat<R: Real>(p: R::Vec3, spacing: R::Vec3, inverse: R::Vec3) -> R::Vec
     p - spacing * (p * inverse + R::Vec3::splat(lit(0.5))).floor()
 }
 
-/// Maps the point to another cell: `which` cells away along each axis, on the side nearer to the point, or
-/// on the other side where `which` is negative.
+/// Maps the point to another cell. It lies `which` cells away along each axis, on the side nearer to the
+/// point, or on the other side where `which` is negative.
 #[inline(always)]
 pub fn repeat_neighbour<R: Real>(
     p: R::Vec3,
@@ -103,8 +103,8 @@ pub fn polar_neighbour<R: Real>(p: R::Vec3, sector: R, inverse: R, phase: R, whi
     R::Vec3::new(q.x(), p.y(), q.y())
 }
 
-/// Rotates the point about the z axis into the sector around the direction `phase`, an angle from the x
-/// axis towards y: [`polar`] for 2-D shapes.
+/// Rotates the point about the z axis into the sector around the direction `phase`, an angle from the x axis
+/// towards y. It is [`polar`] for 2-D shapes.
 #[inline(always)]
 pub fn polar_plane<R: Real>(p: R::Vec3, sector: R, inverse: R, phase: R) -> R::Vec3 {
     let q = turned::<R>(p.xy(), sector, inverse, phase, None);

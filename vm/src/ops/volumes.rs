@@ -143,8 +143,8 @@ pub fn bounded(a: &[f64], _: &Bounds) -> Bounds {
     }
 }
 
-/// Returns an upper bound of the stretch of a twist by `rate` within a shape's volume: the largest singular
-/// value of a shear by `rate` times the distance from the axis.
+/// Returns an upper bound of the stretch of a twist by `rate` within a shape's volume. It is the largest
+/// singular value of a shear by `rate` times the distance from the axis.
 pub fn twist_stretch(a: &[f64], shape: &Bounds) -> f64 {
     shear(1.0, a[0] * shape.radius_about_y(), a[0])
 }

@@ -20,7 +20,7 @@ macro_rules! define_operations {
         $(#[doc = $doc:literal])+
         $name:ident $text:literal = $module:ident::$body:ident(
             $($input:ident: $kind:ident),* ; $($parameter:ident: $ty:ident),*
-        ) -> $output:ident, $prepare:ident::$prepared:ident, $meta:expr;
+        ) -> $output:ident, $prepare:ident::$prepared:ident, $facts:expr;
     )+) => {
         /// An operation: a row of the table. Its number is its opcode.
         #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -40,7 +40,7 @@ macro_rules! define_operations {
                     Parameter { name: stringify!($parameter), ty: ParameterType::$ty }
                 ),*],
                 output: Output::$output,
-                meta: $meta,
+                facts: $facts,
             },
         )+];
 

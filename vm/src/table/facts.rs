@@ -1,19 +1,21 @@
 //! Facts that rows of one kind have in common.
 
-use crate::row::{BoundsRule, Category, Continuity, Exactness, Flat, OpFacts, SetOperation, Slope};
+use crate::row::{
+    BoundsRule, Category, Continuity, Exactness, Flat, OpFacts, SetOperation, SlopeRule,
+};
 
 /// Facts common to the solids; each adds its bounds and its source.
 pub(super) const SOLID: OpFacts = OpFacts {
     category: Category::Shape3,
     language: None,
     exactness: Exactness::Exact,
-    slope: Slope::Constant(1.0),
+    slope: SlopeRule::Constant(1.0),
     continuity: Continuity::Continuous,
     bounds: BoundsRule::Infinite,
     set: None,
     blend: None,
     is_commutative: false,
-    only_signs: false,
+    uses_only_signs: false,
     reads_lattice: false,
     flats: &[],
     is_convex: false,
@@ -37,14 +39,14 @@ pub(super) const PLANE: OpFacts = OpFacts {
 /// Facts common to the conversions between plane and space.
 pub(super) const DIMENSION: OpFacts = OpFacts {
     category: Category::Dimension,
-    slope: Slope::MaxOfOperandsOrOne,
+    slope: SlopeRule::MaxOfOperandsOrOne,
     ..SOLID
 };
 /// Facts common to the combinations.
 pub(super) const COMBINE: OpFacts = OpFacts {
     category: Category::Combine,
     exactness: Exactness::Bound,
-    slope: Slope::MaxOfOperands(1.0),
+    slope: SlopeRule::MaxOfOperands(1.0),
     ..SOLID
 };
 /// Facts common to the unions.
@@ -67,21 +69,21 @@ pub(super) const SUBTRACTION: OpFacts = OpFacts {
 /// Facts common to the maps of the point, most of which only fold or move space.
 pub(super) const DOMAIN: OpFacts = OpFacts {
     category: Category::Domain,
-    slope: Slope::Fold,
+    slope: SlopeRule::Fold,
     ..SOLID
 };
 /// Facts common to the changes of the distance.
 pub(super) const DISTANCE: OpFacts = OpFacts {
     category: Category::Distance,
-    slope: Slope::MaxOfOperands(1.0),
+    slope: SlopeRule::MaxOfOperands(1.0),
     bounds: BoundsRule::FirstOperand,
     ..SOLID
 };
 /// Facts common to arithmetic.
 pub(super) const MATH: OpFacts = OpFacts {
     category: Category::Math,
-    exactness: Exactness::Field,
-    slope: Slope::Unbounded,
+    exactness: Exactness::Unknown,
+    slope: SlopeRule::Unbounded,
     ..SOLID
 };
 /// Facts common to arithmetic that jumps.

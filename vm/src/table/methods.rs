@@ -7,8 +7,8 @@ impl Row {
     /// Reports whether its two operands may be exchanged without a change of any bit. Blends may, unless they
     /// negate the second operand.
     pub fn is_commutative(&self) -> bool {
-        let by_blend = self.meta.blend.is_some_and(|blend| !blend.negate_second);
-        by_blend || self.meta.is_commutative
+        let by_blend = self.facts.blend.is_some_and(|blend| !blend.negate_second);
+        by_blend || self.facts.is_commutative
     }
     /// Reports whether it reads the current point.
     pub fn reads_point(&self) -> bool {

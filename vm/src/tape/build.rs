@@ -3,7 +3,7 @@
 
 use super::{Clause, ClauseKind, flags};
 use crate::blend::BlendKernel;
-use crate::program::{Code, Destination, Instruction, Operands, PointTransform, Program};
+use crate::program::{Destination, Instruction, Opcode, Operands, PointTransform, Program};
 use crate::table::Op;
 
 /// An absent register in a newly built tape.
@@ -77,7 +77,7 @@ impl Builder {
             self.points.push(self.point);
         }
         // A skipped block changes nothing, and pruning drops more.
-        if i.code == Code::Guard {
+        if i.code == Opcode::Guard {
             return;
         }
         let mut operands = [UNASSIGNED; 3];
@@ -102,12 +102,12 @@ impl Builder {
             },
         };
         let moved = match i.code {
-            Code::Load => Some(self.slots[usize::from(i.slot)]),
-            Code::Store => {
+            Opcode::Load => Some(self.slots[usize::from(i.slot)]),
+            Opcode::Store => {
                 self.slots[usize::from(i.slot)] = operands[0];
                 Some(operands[0])
             }
-            Code::Top => Some(operands[0]),
+            Opcode::Top => Some(operands[0]),
             _ => None,
         };
         match (moved, i.destination) {
@@ -129,16 +129,16 @@ impl Builder {
             }
         }
         clause.flags |= match i.code {
-            Code::Op(op) => self.op_flags(op, i, &clause),
-            Code::Channel => flags::CHANNEL,
-            Code::Paint => flags::PAINT,
+            Opcode::Op(op) => self.op_flags(op, i, &clause),
+            Opcode::Channel => flags::CHANNEL,
+            Opcode::Paint => flags::PAINT,
             _ => 0,
         };
         if i.code.returns_point() {
             clause.dst = self.next_point;
             self.point = self.next_point;
             self.next_point += 1;
-        } else if i.code != Code::Channel {
+        } else if i.code != Opcode::Channel {
             clause.dst = self.value();
             self.stack.push(clause.dst);
         }
@@ -149,19 +149,19 @@ impl Builder {
     fn op_flags(&self, op: Op, i: &Instruction, clause: &Clause<u32>) -> u8 {
         let row = op.row();
         let mut bits = 0;
-        if Code::Op(op).returns_point() {
+        if Opcode::Op(op).returns_point() {
             bits |= flags::RETURNS_POINT;
         } else if i.transform == PointTransform::Identity && i.destination == Destination::Push {
             bits |= flags::SIMPLE_OP;
         }
         let has_two_operands = clause.operands[0] != UNASSIGNED && clause.operands[1] != UNASSIGNED;
-        let hard = match row.meta.blend {
+        let hard = match row.facts.blend {
             Some(blend) => blend.kernel == BlendKernel::Hard,
             None => matches!(op, Op::Min | Op::Max),
         };
         if hard && has_two_operands && clause.accumulator == UNASSIGNED {
             bits |= flags::CHOICE;
-            if row.meta.blend.is_some_and(|blend| blend.negate_second) {
+            if row.facts.blend.is_some_and(|blend| blend.negate_second) {
                 bits |= flags::NEGATES;
             }
         }

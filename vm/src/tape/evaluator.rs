@@ -6,13 +6,13 @@
 
 use super::{Clause, ClauseKind, flags};
 use crate::blend::BlendKernel;
-use crate::lanes::{Lane, OpInputs, SimdLevel, SimdOps};
-use crate::program::{Code, Destination, Operands, PointTransform, Program};
+use crate::lanes::{LaneNumber, OpInputs, SimdLevel, SimdOps};
+use crate::program::{Destination, Opcode, Operands, PointTransform, Program};
 use crate::table::Op;
 
 /// An observer of the evaluation, for data that accompanies the values. It is called first with the source
 /// of the result, then with the result's register. Each method does nothing by default.
-pub trait EvalHook<L: Lane> {
+pub trait EvalHook<L: LaneNumber> {
     /// Reserves memory for this many value registers.
     #[inline(always)]
     fn reserve(&mut self, _values: usize) {}
@@ -69,10 +69,10 @@ pub trait EvalHook<L: Lane> {
 #[derive(Clone, Copy, Debug, Default)]
 pub struct NoHook;
 
-impl<L: Lane> EvalHook<L> for NoHook {}
+impl<L: LaneNumber> EvalHook<L> for NoHook {}
 
 /// A tape evaluator. It owns the registers and can run any number of tapes.
-pub struct TapeEvaluator<L: Lane, A: EvalHook<L> = NoHook> {
+pub struct TapeEvaluator<L: LaneNumber, A: EvalHook<L> = NoHook> {
     values: Vec<Box<L::Block>>,
     points: Vec<Box<L::PointBlock>>,
     result: Box<L::Block>,
@@ -83,7 +83,7 @@ pub struct TapeEvaluator<L: Lane, A: EvalHook<L> = NoHook> {
     simd_ops: SimdOps<L>,
 }
 
-impl<L: Lane, A: EvalHook<L> + Default> Default for TapeEvaluator<L, A> {
+impl<L: LaneNumber, A: EvalHook<L> + Default> Default for TapeEvaluator<L, A> {
     fn default() -> Self {
         Self {
             values: Vec::new(),
@@ -98,7 +98,7 @@ impl<L: Lane, A: EvalHook<L> + Default> Default for TapeEvaluator<L, A> {
     }
 }
 
-impl<L: Lane, A: EvalHook<L> + Default> TapeEvaluator<L, A> {
+impl<L: LaneNumber, A: EvalHook<L> + Default> TapeEvaluator<L, A> {
     /// Creates an evaluator for tapes of at most this many registers.
     pub fn new(values: usize, points: usize) -> Self {
         let mut machine = Self::default();
@@ -113,7 +113,7 @@ impl<L: Lane, A: EvalHook<L> + Default> TapeEvaluator<L, A> {
     }
 }
 
-impl<L: Lane, A: EvalHook<L>> TapeEvaluator<L, A> {
+impl<L: LaneNumber, A: EvalHook<L>> TapeEvaluator<L, A> {
     /// Reserves memory for tapes with these numbers of registers.
     pub fn reserve(&mut self, values: usize, points: usize) {
         if self.values.len() < values.max(1) {
@@ -171,7 +171,7 @@ impl<L: Lane, A: EvalHook<L>> TapeEvaluator<L, A> {
                         }
                     };
                     // Nearly always an operation of the table: a test here, not a jump table.
-                    if let Code::Op(op) = i.code {
+                    if let Opcode::Op(op) = i.code {
                         if let Operands::Right(index) | Operands::Left(index) = i.operands {
                             let number = program.pool[index as usize][0];
                             (m.simd_ops.fill)(number, &mut m.constant, count);
@@ -204,10 +204,14 @@ impl<L: Lane, A: EvalHook<L>> TapeEvaluator<L, A> {
                             );
                         }
                         m.hook.operate(op, q, operands, [a, b], numbers);
-                    } else if i.code == Code::Normal {
+                    } else if i.code == Opcode::Normal {
                         m.hook.normal(q, i.slot, &mut m.result);
                     } else {
-                        debug_assert_eq!(i.code, Code::Paint, "moves leave no clause of their own");
+                        debug_assert_eq!(
+                            i.code,
+                            Opcode::Paint,
+                            "moves leave no clause of their own"
+                        );
                         m.result.clone_from(&m.values[value(a)]);
                         let start = i.parameters as usize;
                         let numbers = &program.pool[start..start + 3];
@@ -265,7 +269,7 @@ impl<L: Lane, A: EvalHook<L>> TapeEvaluator<L, A> {
         let mut remaining = tape;
         while let [clause, others @ ..] = remaining {
             let i = &program.code[clause.instruction as usize];
-            let (true, Code::Op(op)) = (clause.flags & flags::SIMPLE_OP != 0, i.code) else {
+            let (true, Opcode::Op(op)) = (clause.flags & flags::SIMPLE_OP != 0, i.code) else {
                 break;
             };
             remaining = others;
@@ -316,7 +320,7 @@ impl<L: Lane, A: EvalHook<L>> TapeEvaluator<L, A> {
 
 /// Returns the blend constants of the hard minimum or maximum that an operation is.
 pub(super) fn hard_blend_constants(op: Op) -> [f32; 4] {
-    let (sign, negate) = match op.row().meta.blend {
+    let (sign, negate) = match op.row().facts.blend {
         Some(blend) => (blend.sign, blend.negate_second),
         None if op == Op::Max => (-1.0, false),
         None => (1.0, false),

@@ -7,8 +7,8 @@
 
 use super::Clause;
 use super::build::UNASSIGNED;
-use crate::program::{Code, Destination, Instruction, Operands, PointTransform, Program};
-use crate::row::{Category, Continuity, Slope};
+use crate::program::{Destination, Instruction, Opcode, Operands, PointTransform, Program};
+use crate::row::{Category, Continuity, SlopeRule};
 use crate::table::Op;
 use glam::{DVec3, Vec3};
 
@@ -48,9 +48,9 @@ impl LipschitzBounds {
             let point_stretch = stretch.get(clause.point as usize).copied().unwrap_or(1.0)
                 * frame_stretch(program, i);
             let bound = match i.code {
-                Code::Op(op) => op_bound(program, i, op, operand_bounds, point_stretch),
-                Code::Load | Code::Store | Code::Top | Code::Paint => operand_bounds[0],
-                Code::Normal | Code::Channel | Code::Guard => f64::INFINITY,
+                Opcode::Op(op) => op_bound(program, i, op, operand_bounds, point_stretch),
+                Opcode::Load | Opcode::Store | Opcode::Top | Opcode::Paint => operand_bounds[0],
+                Opcode::Normal | Opcode::Channel | Opcode::Guard => f64::INFINITY,
             };
             if i.code.returns_point() {
                 stretch[clause.dst as usize] = bound;
@@ -114,21 +114,21 @@ fn op_bound(program: &Program, i: &Instruction, op: Op, operands: [f64; 3], stre
     };
     // A constant operand has the bound 0 and counts as one of the two.
     debug_assert!(i.operands == Operands::Stack || row.arity() == 2);
-    match row.meta.slope {
+    match row.facts.slope {
         // Repeated and raw fields: see the module documentation.
-        Slope::Fold if row.meta.continuity == Continuity::Jumps => f64::INFINITY,
-        _ if op.is_raw_distance() || row.meta.category == Category::Math && !is_coordinate(op) => {
+        SlopeRule::Fold if row.facts.continuity == Continuity::Jumps => f64::INFINITY,
+        _ if op.is_raw_distance() || row.facts.category == Category::Math && !is_coordinate(op) => {
             f64::INFINITY
         }
         // The value jumps, although steps by it are safe.
-        Slope::Step => f64::INFINITY,
+        SlopeRule::Step => f64::INFINITY,
         rule => rule.bound(&operands, stretch, |rule| rule(&numbers())),
     }
 }
 
 /// Reports whether an instruction divides a raw field by a bound of its slope.
 pub fn divides_raw(i: &Instruction) -> bool {
-    matches!(i.code, Code::Op(op) if op.is_raw_distance())
+    matches!(i.code, Opcode::Op(op) if op.is_raw_distance())
 }
 
 /// Reports whether an instruction's value may be discontinuous.
@@ -136,8 +136,8 @@ pub fn divides_raw(i: &Instruction) -> bool {
 /// A repetition jumps from one copy's frame to the next. The minimum over neighbouring copies that
 /// follows it does not.
 pub fn may_be_discontinuous(i: &Instruction) -> bool {
-    let Code::Op(op) = i.code else { return false };
-    match op.row().meta.continuity {
+    let Opcode::Op(op) = i.code else { return false };
+    match op.row().facts.continuity {
         _ if i.code.returns_point() => false,
         Continuity::Continuous => false,
         // A division by a constant has no pole.

@@ -12,7 +12,7 @@ use crate::apply::{Apply, OpResult, apply};
 use crate::blend::BlendKernel;
 use crate::evaluate::{constants, transformed};
 use crate::interval::Interval;
-use crate::program::{Code, Destination, Operands, Program};
+use crate::program::{Destination, Opcode, Operands, Program};
 use crate::real::Real;
 
 /// Reusable registers of an evaluation.
@@ -57,7 +57,7 @@ pub fn eval<R: Apply>(
         let operands = clause.operands.map(get);
         let choice = clause.flags & flags::CHOICE != 0;
         let result = match (clause.kind, i.code) {
-            (ClauseKind::Full | ClauseKind::OpOnly | ClauseKind::NegatedOp, Code::Op(op)) => {
+            (ClauseKind::Full | ClauseKind::OpOnly | ClauseKind::NegatedOp, Opcode::Op(op)) => {
                 let from = points.get(usize::from(clause.point)).copied();
                 let q = transformed::<R>(program, i, from.unwrap_or(point));
                 if choice && clause.accumulator == super::NO_REGISTER {

@@ -15,17 +15,17 @@ use super::prune::{Choice, Pruner};
 use super::{Clause, Tape, flags};
 use crate::blend::BlendKernel;
 use crate::interval::FloatInterval;
-use crate::lanes::{F32x64, LANES, Lane, bits};
+use crate::lanes::{F32x64, LANES, LaneNumber, bits};
 use crate::multiversion;
-use crate::program::{Code, Destination, Program};
+use crate::program::{Destination, Opcode, Program};
 use std::sync::Arc;
 
-/// For each choice of the tape, in order: the boxes in which only the first operand matters, and those in
-/// which only the second one does.
+/// For each choice of the tape, in order: two masks of boxes. In the first only the first operand matters, in
+/// the second only the second one.
 type ChoiceMasks = Vec<[u64; 2]>;
 
 /// Decides one choice; [`TraceHook`] turns an implementation into an evaluation hook.
-trait ChoiceSink<L: Lane> {
+trait ChoiceSink<L: LaneNumber> {
     fn choose(
         &mut self,
         instruction: u32,
@@ -114,7 +114,7 @@ impl ChoiceSink<f32> for LipschitzChoices {
 #[derive(Default)]
 struct TraceHook<C>(C);
 
-impl<L: Lane, C: ChoiceSink<L>> EvalHook<L> for TraceHook<C> {
+impl<L: LaneNumber, C: ChoiceSink<L>> EvalHook<L> for TraceHook<C> {
     fn normal(&mut self, _: &L::PointBlock, _: u8, result: &mut L::Block) {
         // Any component of a normal: it only affects materials and decides nothing.
         for lane in 0..LANES {
@@ -166,7 +166,7 @@ impl ChoiceTest {
         let i = &program.code[clause.instruction as usize];
         let (kernel, [sign, negate, width, coefficient]) = match (i.destination, i.code) {
             (Destination::Blend { kernel, index }, _) => (kernel, program.pool[index as usize]),
-            (Destination::Push, Code::Op(op)) => (BlendKernel::Hard, hard_blend_constants(op)),
+            (Destination::Push, Opcode::Op(op)) => (BlendKernel::Hard, hard_blend_constants(op)),
             (Destination::Push, _) => return None,
         };
         let test = Self {
@@ -358,14 +358,14 @@ impl Tracer {
             TraceEvaluator::Lipschitz(machine) => {
                 let choices = &mut machine.hook().0;
                 choices.masks.clear();
-                let mut centers = [F32x64::default(); 3];
-                box_centers(
+                let mut centres = [F32x64::default(); 3];
+                box_centres(
                     &self.boxes,
-                    &mut centers,
+                    &mut centres,
                     &mut choices.radius,
                     &mut choices.slack,
                 );
-                *machine.inputs_mut() = centers;
+                *machine.inputs_mut() = centres;
                 let value = *machine.run(program, tape, count);
                 let choices = &mut machine.hook().0;
                 self.range = choices.value_range(&value, choices.bounds.result);
@@ -382,9 +382,9 @@ impl Tracer {
 }
 
 /// Computes the centre of each box, half its diagonal, and the rounding slack of its coordinates.
-fn box_centers(
+fn box_centres(
     boxes: &[F32x64; 6],
-    centers: &mut [F32x64; 3],
+    centres: &mut [F32x64; 3],
     radius: &mut F32x64,
     slack: &mut F32x64,
 ) {
@@ -393,9 +393,9 @@ fn box_centers(
     for axis in 0..3 {
         for lane in 0..LANES {
             let (low, high) = (boxes[axis].0[lane], boxes[axis + 3].0[lane]);
-            let center = low + (high - low) * 0.5;
-            let half = (high - center).max(center - low);
-            centers[axis].0[lane] = center;
+            let centre = low + (high - low) * 0.5;
+            let half = (high - centre).max(centre - low);
+            centres[axis].0[lane] = centre;
             radius.0[lane] += half * half;
             slack.0[lane] += low.abs().max(high.abs());
         }

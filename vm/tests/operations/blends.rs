@@ -22,7 +22,7 @@ fn run(op: Op, a: f32, b: f32, constants: &[f32]) -> f32 {
 fn rows_are_their_kernels_formula_bit_for_bit() {
     let mut seen = 0;
     for row in ROWS {
-        let Some(blend) = row.meta.blend else {
+        let Some(blend) = row.facts.blend else {
             continue;
         };
         seen += 1;
@@ -184,7 +184,7 @@ fn the_weight_of_an_operand_is_its_slope() {
 /// Unions never exceed the hard one, intersections and subtractions are never below it.
 #[test]
 fn blends_stay_on_their_side() {
-    for case in cases(24, 4, |op| op.row().meta.category == Category::Combine) {
+    for case in cases(24, 4, |op| op.row().facts.category == Category::Combine) {
         let mut random = Random::for_case(23, &case.name());
         let name = case.op.row().name;
         for _ in 0..500 {

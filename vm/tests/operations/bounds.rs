@@ -14,7 +14,7 @@ fn holds(b: &Bounds, p: Point) -> bool {
 fn shapes_lie_within_their_bounds() {
     for case in cases(11, 12, |op| is_shape(op) && op != Op::PolygonEdge) {
         let mut random = Random::for_case(10, &case.name());
-        let rule = case.op.row().meta.bounds;
+        let rule = case.op.row().facts.bounds;
         let Some(bounds) = rule.shape_bounds(&case.parameters()) else {
             let is_infinite = matches!(rule, BoundsRule::Infinite);
             assert!(is_infinite, "{} has no bounds of its own", case.name());
@@ -36,7 +36,7 @@ fn shapes_lie_within_their_bounds() {
             }
         }
         // The volumes are not needlessly large.
-        let flat = case.op.row().meta.category == Category::Shape2;
+        let flat = case.op.row().facts.category == Category::Shape2;
         let loose = matches!(
             case.op,
             Op::Star | Op::Ngon | Op::Prism | Op::Tetrahedron | Op::Pyramid
@@ -53,13 +53,13 @@ fn shapes_lie_within_their_bounds() {
     }
 }
 
-/// Outside its bounds, a shape's distance is at least that to the bounds, which blends rely on: the
+/// Outside its bounds, a shape's distance is at least that to the bounds, which blends rely on. That is the
 /// Euclidean distance if it is exact, the one along the farthest axis otherwise.
 #[test]
 fn shapes_are_as_far_as_their_bounds_at_least() {
     for case in cases(17, 12, |op| is_shape(op) && op != Op::PolygonEdge) {
         let mut random = Random::for_case(16, &case.name());
-        let rule = case.op.row().meta.bounds;
+        let rule = case.op.row().facts.bounds;
         let Some(bounds) = rule.shape_bounds(&case.parameters()) else {
             continue;
         };
@@ -67,9 +67,9 @@ fn shapes_are_as_far_as_their_bounds_at_least() {
             let p = random.point(4.0);
             let beyond: Point =
                 std::array::from_fn(|i| (bounds.min[i] - p[i]).max(p[i] - bounds.max[i]).max(0.0));
-            let lowest = match case.op.row().meta.exactness {
+            let lowest = match case.op.row().facts.exactness {
                 Exactness::Exact | Exactness::ExactOutside => length(beyond),
-                Exactness::Bound | Exactness::Field => beyond.into_iter().fold(0.0, f64::max),
+                Exactness::Bound | Exactness::Unknown => beyond.into_iter().fold(0.0, f64::max),
             };
             let d = case.at(p);
             assert!(
@@ -89,7 +89,7 @@ fn moved_shapes_lie_within_their_bounds() {
         op.row().output == Output::Point && !is_math(op) && op != Op::RevolvePart
     }) {
         let mut random = Random::for_case(12, &case.name());
-        let BoundsRule::Map(map) = case.op.row().meta.bounds else {
+        let BoundsRule::Map(map) = case.op.row().facts.bounds else {
             panic!("{} maps no bounds", case.name());
         };
         let (centre, r) = ([0.25, 0.125, 0.0625], 0.1875);
@@ -116,9 +116,9 @@ fn moved_shapes_lie_within_their_bounds() {
 /// growth of the bounds.
 #[test]
 fn blends_add_no_more_than_their_bounds_grow_by() {
-    for case in cases(19, 8, |op| op.row().meta.category == Category::Combine) {
+    for case in cases(19, 8, |op| op.row().facts.category == Category::Combine) {
         let mut random = Random::for_case(18, &case.name());
-        let by = match case.op.row().meta.bounds {
+        let by = match case.op.row().facts.bounds {
             BoundsRule::Hull => 0.0,
             BoundsRule::HullGrown(by) => by(&case.parameters()),
             _ => continue,
@@ -171,10 +171,10 @@ fn chains_add_no_more_than_their_bound() {
 fn combined_shapes_lie_within_their_bounds() {
     let balls = [([-0.375, 0.0, 0.25], 0.5), ([0.5, 0.25, 0.0], 0.625)];
     let bounds = balls.map(|(c, r)| Bounds::EMPTY.including(c).grown(r));
-    for case in cases(15, 6, |op| op.row().meta.category == Category::Combine) {
+    for case in cases(15, 6, |op| op.row().facts.category == Category::Combine) {
         let mut random = Random::for_case(14, &case.name());
         let a = case.parameters();
-        let volume = match case.op.row().meta.bounds {
+        let volume = match case.op.row().facts.bounds {
             BoundsRule::Hull => bounds[0].hull(&bounds[1]),
             BoundsRule::HullGrown(by) => bounds[0].hull(&bounds[1]).grown(by(&a)),
             BoundsRule::Intersection => bounds[0].intersection(&bounds[1]),

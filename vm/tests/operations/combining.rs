@@ -43,8 +43,8 @@ fn a_revolved_disc_is_a_torus() {
     }
 }
 
-/// A partial turn: a point is inside if it is inside the full turn and within the angle, and no distance
-/// exceeds that to a point inside.
+/// A partial turn. A point is inside if it is inside the full turn and within the angle. No distance exceeds
+/// that to a point inside.
 #[test]
 fn a_partial_turn_is_a_wedge_of_the_full_turn() {
     let mut random = Random::new(32);
@@ -228,7 +228,7 @@ fn a_distance_aware_blend_grows_at_its_stated_rate() {
     }
 }
 
-/// A bound that is wrong far from its shape's box: the result never exceeds the true distance, and near the
+/// A bound that is wrong far from its shape's box. The result never exceeds the true distance, and near the
 /// box it is at least the bound.
 #[test]
 fn a_bounded_distance_is_safe() {

@@ -54,7 +54,7 @@ fn on_surface(inside: &impl Fn(Point) -> bool, p: Point, random: &mut Random, r:
 
 fn check(case: &Case, inside: impl Fn(Point) -> bool, exactness: Exactness, random: &mut Random) {
     let name = case.name();
-    let flat = case.op.row().meta.category == Category::Shape2;
+    let is_2d = case.op.row().facts.category == Category::Shape2;
     let points = surface(&inside, random, 600);
     assert!(
         points.len() > 100,
@@ -64,7 +64,7 @@ fn check(case: &Case, inside: impl Fn(Point) -> bool, exactness: Exactness, rand
     let mut feet = 0;
     for _ in 0..300 {
         let mut p = random.point(REACH);
-        if flat {
+        if is_2d {
             p[2] = 0.0;
         }
         let (d, slope) = gradient(case, p);
@@ -72,7 +72,7 @@ fn check(case: &Case, inside: impl Fn(Point) -> bool, exactness: Exactness, rand
             assert_eq!(d < 0.0, inside(p), "{name} at {p:?}: {d}");
         }
         let gap = |q: &Point| {
-            if flat {
+            if is_2d {
                 distance([q[0], q[1], 0.0], p)
             } else {
                 distance(*q, p)
@@ -86,7 +86,7 @@ fn check(case: &Case, inside: impl Fn(Point) -> bool, exactness: Exactness, rand
         let exact = match exactness {
             Exactness::Exact => true,
             Exactness::ExactOutside => d > 0.0,
-            Exactness::Bound | Exactness::Field => false,
+            Exactness::Bound | Exactness::Unknown => false,
         };
         // On a ridge of the distance, the gradient is that of one side, which is equally valid. Only at
         // isolated points (an axis, a centre) there may be none.
@@ -108,7 +108,7 @@ fn check(case: &Case, inside: impl Fn(Point) -> bool, exactness: Exactness, rand
 fn shapes_keep_their_definitions() {
     for case in cases(2, 6, |op| is_shape(op) && op != Op::PolygonEdge) {
         let mut random = Random::for_case(1, &case.name());
-        let exactness = case.op.row().meta.exactness;
+        let exactness = case.op.row().facts.exactness;
         check(
             &case,
             |p| contains(case.op, &case.arguments, p),

@@ -64,7 +64,7 @@ fn degenerate(op: Op, random: &mut Random) -> Vec<Vec<f64>> {
         }
     }
     // A direction is a unit vector, which the compiler guarantees.
-    if let Some(language) = op.row().meta.language {
+    if let Some(language) = op.row().facts.language {
         let mut at = 0;
         for argument in language.arguments {
             if argument.kind == ArgumentKind::Direction {

@@ -10,7 +10,7 @@ const TOLERANCE: f64 = 1e-6;
 
 /// Returns random cases of all operations whose rows state a fact.
 fn cases_with(fact: impl Fn(&OpFacts) -> bool) -> Vec<Case> {
-    cases(31, 12, |op| fact(&op.row().meta))
+    cases(31, 12, |op| fact(&op.row().facts))
 }
 
 /// Returns the message for a row that states a fact that does not hold.
@@ -25,7 +25,7 @@ fn message(case: &Case, fact: &str, p: Point) -> String {
 fn between_two_points_of_a_convex_shape_lies_the_shape() {
     for case in cases_with(|facts| facts.is_convex) {
         let mut random = Random::for_case(32, &case.name());
-        let rule = case.op.row().meta.bounds;
+        let rule = case.op.row().facts.bounds;
         let bounds = rule.shape_bounds(&case.parameters());
         let bounds = bounds.unwrap_or(Bounds::ALL_SPACE);
         let inside: Vec<Point> = (0..4000)
@@ -44,7 +44,7 @@ fn between_two_points_of_a_convex_shape_lies_the_shape() {
 fn turning_about_the_axis_of_revolution_keeps_the_shape() {
     for case in cases_with(|facts| facts.axis_of_revolution.is_some()) {
         let mut random = Random::for_case(33, &case.name());
-        let axis = case.op.row().meta.axis_of_revolution.unwrap_or_default();
+        let axis = case.op.row().facts.axis_of_revolution.unwrap_or_default();
         let (u, v) = ((axis + 1) % 3, (axis + 2) % 3);
         for _ in 0..500 {
             let p = random.point(2.5);
@@ -88,8 +88,9 @@ fn exchanging_equal_axes_keeps_the_solid() {
 #[test]
 fn only_shapes_state_facts_of_shapes() {
     for row in ROWS {
-        let meta = &row.meta;
-        let has_facts = meta.is_convex || meta.axis_of_revolution.is_some() || meta.has_equal_axes;
+        let facts = &row.facts;
+        let has_facts =
+            facts.is_convex || facts.axis_of_revolution.is_some() || facts.has_equal_axes;
         let may = is_shape(row.op) || row.op == Op::Revolve;
         assert!(may || !has_facts, "{} is no shape", row.name);
     }

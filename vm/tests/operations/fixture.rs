@@ -88,7 +88,7 @@ impl Random {
     /// Returns arguments for an operation: those of its built-in, or those that the compiler generates.
     pub(crate) fn arguments(&mut self, op: Op) -> Vec<f64> {
         let row = op.row();
-        if let Some(language) = row.meta.language {
+        if let Some(language) = row.facts.language {
             return language
                 .arguments
                 .iter()
@@ -270,7 +270,7 @@ pub(crate) fn is_shape(op: Op) -> bool {
 }
 
 pub(crate) fn is_math(op: Op) -> bool {
-    op.row().meta.category == sdfc_vm::row::Category::Math
+    op.row().facts.category == sdfc_vm::row::Category::Math
 }
 
 pub(crate) fn length(p: Point) -> f64 {

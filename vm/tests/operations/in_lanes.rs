@@ -5,7 +5,7 @@ use crate::fixture::{Random, cases, is_shape};
 use sdfc_vm::dual::Dual;
 use sdfc_vm::evaluate::evaluate;
 use sdfc_vm::interval::FloatInterval;
-use sdfc_vm::lanes::{LANES, Lane, Points, SimdLevel, with_identity_jacobian};
+use sdfc_vm::lanes::{LANES, LaneNumber, Points, SimdLevel, with_identity_jacobian};
 use sdfc_vm::listing;
 use sdfc_vm::tape::Tape;
 use sdfc_vm::tape::evaluator::TapeEvaluator;
@@ -22,7 +22,7 @@ fn lanes_have_the_bits_of_single_points() {
         for column in &mut points {
             column.0.fill_with(|| random.range(-3.0, 3.0) as f32);
         }
-        let mut boxes = <FloatInterval as Lane>::PointBlock::default();
+        let mut boxes = <FloatInterval as LaneNumber>::PointBlock::default();
         for axis in 0..3 {
             for lane in 0..LANES {
                 let low = points[axis].0[lane];

@@ -1,5 +1,5 @@
-//! The operations of the table, each against a reference that does not share its code: membership by a
-//! shape's definition, closed forms, the standard library's `f64`, differences.
+//! The operations of the table, each against a reference that does not share its code. References are
+//! membership by a shape's definition, closed forms, the standard library's `f64`, differences.
 
 mod affine;
 mod blends;

@@ -7,10 +7,10 @@
 //! the two largest components of v, over √2. Let F(p, u) be the sum of these bounds over the corners. The
 //! largest F over all positions and unit directions bounds the slope.
 //!
-//! A cell is symmetric: it suffices to consider p in an eighth of it and directions along (1, s, t) with s
+//! A cell is symmetric. It suffices to consider p in an eighth of it, and directions along (1, s, t) with s
 //! and t in [-1, 1]. The positions are subdivided into boxes until the bound holds on each. On a box of
-//! positions, the entries of M, which are products of functions of one coordinate each, are ranges. On a
-//! box of directions, F is largest at a corner, since it is convex in u. (Rounding, at 1e-15, is negligible
+//! positions, the entries of M, which are products of functions of one coordinate each, are ranges. On a box
+//! of directions, F is largest at a corner, since it is convex in u. (Rounding, at 1e-15, is negligible
 //! against the margin of a hundredth.)
 
 use crate::fixture::Random;
@@ -47,7 +47,7 @@ fn around(f: impl Fn(f64) -> f64, [low, high]: Range, derivative: f64) -> Range 
     [middle - radius, middle + radius]
 }
 
-/// The factors of the entries of M along one axis, for the low and the high corner: the weight, its
+/// The factors of the entries of M along one axis, for the low and the high corner. They are the weight, its
 /// derivative, the weight times p − c, and the derivative of that.
 struct Axis {
     weight: [Range; 2],

@@ -123,9 +123,9 @@ fn float_intervals_hold_what_f32_gives() {
     }
 }
 
-/// The slopes of intervals bound discontinuous and continuous functions alike: the difference between any
-/// two points of a box is at most the slope times their distance. (Bodies of shapes fold space by
-/// discontinuities that cancel; their rows state their slope.)
+/// The slopes of intervals bound discontinuous and continuous functions alike. The difference between any two
+/// points of a box is at most the slope times their distance. (Bodies of shapes fold space by discontinuities
+/// that cancel; their rows state their slope.)
 #[test]
 fn slopes_of_intervals_bound_all_differences() {
     for case in cases(65, 3, |op| is_math(op) && op != Op::Constant) {

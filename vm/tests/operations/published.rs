@@ -6,7 +6,7 @@
 
 use crate::fixture::{Case, Point, Random, distance, dot, length, sub};
 use sdfc_vm::bounds::Bounds;
-use sdfc_vm::row::Slope;
+use sdfc_vm::row::SlopeRule;
 use sdfc_vm::table::Op;
 
 /// Returns the distance from a point inside an ellipsoid to its surface, by sampling the surface.
@@ -204,7 +204,7 @@ fn cells_left_of_the_origin_are_like_all_others() {
 #[test]
 fn a_twist_and_a_bend_bound_their_stretch() {
     let twist = Case::new(Op::Twist, &[1.0]);
-    let Slope::PointMap(stretch) = Op::Twist.row().meta.slope else {
+    let SlopeRule::PointMap(stretch) = Op::Twist.row().facts.slope else {
         panic!("a twist stretches");
     };
     // A radius of one in all directions.
@@ -226,7 +226,7 @@ fn a_twist_and_a_bend_bound_their_stretch() {
         largest > std::f64::consts::SQRT_2 + 0.1 && largest <= golden + 1e-6,
         "{largest}"
     );
-    let Slope::PointMap(stretch) = Op::Bend.row().meta.slope else {
+    let SlopeRule::PointMap(stretch) = Op::Bend.row().facts.slope else {
         panic!("a bend stretches");
     };
     let bend = Case::new(Op::Bend, &[1.0]);
@@ -278,7 +278,7 @@ fn blends_keep_their_digits() {
 /// The slope of the rounded union of hg_sdf exceeds one, as its row states.
 #[test]
 fn a_rounded_union_states_its_larger_slope() {
-    assert!(matches!(Op::RoundUnion.row().meta.slope, Slope::Norm));
+    assert!(matches!(Op::RoundUnion.row().facts.slope, SlopeRule::Norm));
     // Two operands that increase together, as those of two planes at a small angle.
     let case = Case::new(Op::RoundUnion, &[0.5]);
     let at = |d: f64| case.with([0.0; 3], [d, d, 0.0]);

@@ -2,23 +2,25 @@
 
 use crate::fixture::{Case, Random, add, cases, distance, is_math, operands, point, tries};
 use sdfc_vm::bounds::Bounds;
-use sdfc_vm::row::{Output, Slope};
+use sdfc_vm::row::{Output, SlopeRule};
 use sdfc_vm::table::Op;
 use sdfc_vm::vector::V3;
 
 /// Returns the bound for operands of slope one.
 fn bound(case: &Case) -> Option<f64> {
     let a = case.parameters();
-    Some(match case.op.row().meta.slope {
-        Slope::Constant(s) => s,
-        Slope::FromParams(f) => f(&a),
-        Slope::MaxOfOperands(factor) => factor,
-        Slope::MaxOfOperandsOrOne => 1.0,
-        Slope::Sum => case.op.row().arity() as f64,
-        Slope::Norm => (case.op.row().arity() as f64).sqrt(),
-        Slope::PlusParams(f) => 1.0 + f(&a),
-        Slope::ScaledBy(f) => f(&a),
-        Slope::Fold | Slope::PointMap(_) | Slope::Step | Slope::Unbounded => return None,
+    Some(match case.op.row().facts.slope {
+        SlopeRule::Constant(s) => s,
+        SlopeRule::FromParams(f) => f(&a),
+        SlopeRule::MaxOfOperands(factor) => factor,
+        SlopeRule::MaxOfOperandsOrOne => 1.0,
+        SlopeRule::Sum => case.op.row().arity() as f64,
+        SlopeRule::Norm => (case.op.row().arity() as f64).sqrt(),
+        SlopeRule::PlusParams(f) => 1.0 + f(&a),
+        SlopeRule::ScaledBy(f) => f(&a),
+        SlopeRule::Fold | SlopeRule::PointMap(_) | SlopeRule::Step | SlopeRule::Unbounded => {
+            return None;
+        }
     })
 }
 
@@ -62,9 +64,9 @@ fn no_map_stretches_more_than_its_row_states() {
         let mut random = Random::for_case(7, &case.name());
         // Long enough that the errors of elementary functions, about 2e-7, stay below the margin.
         let (reach, step) = (1.5, 1e-3);
-        let limit = match case.op.row().meta.slope {
-            Slope::Fold => 1.0,
-            Slope::PointMap(stretch) => {
+        let limit = match case.op.row().facts.slope {
+            SlopeRule::Fold => 1.0,
+            SlopeRule::PointMap(stretch) => {
                 stretch(&case.parameters(), &Bounds::centred([reach + step; 3]))
             }
             _ => panic!("{} has no stretch", case.name()),

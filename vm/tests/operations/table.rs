@@ -1,7 +1,7 @@
 //! Invariants of every row.
 
 use crate::fixture::{Random, is_math};
-use sdfc_vm::row::{ArgumentKind, BoundsRule, Category, Output, SetOperation, Slope, align};
+use sdfc_vm::row::{ArgumentKind, BoundsRule, Category, Output, SetOperation, SlopeRule, align};
 use sdfc_vm::table::{Op, ROWS, prepare};
 use std::collections::HashSet;
 
@@ -32,7 +32,7 @@ fn names_are_unique_and_found_again() {
 #[test]
 fn every_argument_is_explained() {
     for row in ROWS {
-        let Some(language) = row.meta.language else {
+        let Some(language) = row.facts.language else {
             continue;
         };
         for argument in language.arguments {
@@ -47,7 +47,10 @@ fn every_argument_is_explained() {
             let named = row.doc.contains(&format!("`{}`", argument.name));
             let earlier = ROWS.iter().any(|other| {
                 other.op < row.op
-                    && other.meta.language.is_some_and(|l| l.name == language.name)
+                    && other
+                        .facts
+                        .language
+                        .is_some_and(|l| l.name == language.name)
                     && other.doc.contains(&format!("`{}`", argument.name))
             });
             assert!(
@@ -63,15 +66,16 @@ fn every_argument_is_explained() {
 #[test]
 fn rows_that_share_a_word_differ_in_their_arguments() {
     for row in ROWS {
-        let Some(language) = row.meta.language else {
+        let Some(language) = row.facts.language else {
             continue;
         };
         for other in &ROWS[row.op as usize + 1..] {
-            let Some(second) = other.meta.language else {
+            let Some(second) = other.facts.language else {
                 continue;
             };
             let flat = |category| category == Category::Shape2;
-            if language.name == second.name && flat(row.meta.category) == flat(other.meta.category)
+            if language.name == second.name
+                && flat(row.facts.category) == flat(other.facts.category)
             {
                 let names =
                     |l: &[sdfc_vm::row::Argument]| -> Vec<_> { l.iter().map(|a| a.name).collect() };
@@ -123,23 +127,29 @@ fn arguments_become_parameters() {
 #[test]
 fn facts_fit_the_kind_of_row() {
     for row in ROWS {
-        let meta = &row.meta;
+        let facts = &row.facts;
         let name = row.name;
-        assert!(!meta.source.is_empty() || is_math(row.op), "{name}: source");
-        match meta.category {
+        assert!(
+            !facts.source.is_empty() || is_math(row.op),
+            "{name}: source"
+        );
+        match facts.category {
             Category::Shape3 | Category::Shape2 => {
-                assert!(meta.language.is_some(), "{name}: no word");
+                assert!(facts.language.is_some(), "{name}: no word");
                 assert!(
-                    matches!(meta.slope, Slope::Constant(_) | Slope::FromParams(_)),
+                    matches!(
+                        facts.slope,
+                        SlopeRule::Constant(_) | SlopeRule::FromParams(_)
+                    ),
                     "{name}: slope"
                 );
                 assert_eq!((row.output, row.arity()), (Output::Value, 0), "{name}");
             }
             Category::Combine => assert_eq!(row.arity(), 2, "{name}"),
             Category::Domain => {
-                let is_map = matches!(meta.slope, Slope::Fold | Slope::PointMap(_));
+                let is_map = matches!(facts.slope, SlopeRule::Fold | SlopeRule::PointMap(_));
                 assert!(is_map, "{name}: stretch");
-                assert!(matches!(meta.bounds, BoundsRule::Map(_)), "{name}: bounds");
+                assert!(matches!(facts.bounds, BoundsRule::Map(_)), "{name}: bounds");
                 assert_eq!(row.output, Output::Point, "{name}");
             }
             Category::Distance => {
@@ -147,14 +157,14 @@ fn facts_fit_the_kind_of_row() {
             }
             Category::Dimension | Category::Math | Category::Internal => {}
         }
-        if let Some(blend) = meta.blend {
-            assert_eq!(meta.category, Category::Combine, "{name}");
-            let union = meta.set == Some(SetOperation::Union);
-            let subtraction = meta.set == Some(SetOperation::Subtraction);
+        if let Some(blend) = facts.blend {
+            assert_eq!(facts.category, Category::Combine, "{name}");
+            let union = facts.set == Some(SetOperation::Union);
+            let subtraction = facts.set == Some(SetOperation::Subtraction);
             assert_eq!(blend.sign, if union { 1.0 } else { -1.0 }, "{name}");
             assert_eq!(blend.negate_second, subtraction, "{name}");
         }
-        let word = meta.set.map(|set| match set {
+        let word = facts.set.map(|set| match set {
             SetOperation::Union => "union",
             SetOperation::Intersection => "intersection",
             SetOperation::Subtraction => "subtraction",

@@ -4,7 +4,7 @@ use super::{Contestant, not_drawn};
 use crate::model::{Model, ModelSource};
 use crate::picture::{ComparedImage, SurfacePixel};
 use rayon::ThreadPool;
-use sdfc_compiler::clauses::parse_clauses;
+use sdfc_compiler::fidget_text::parse_fidget_text;
 use sdfc_compiler::compile::{self, GeneratedSource};
 use sdfc_compiler::elaborate::{self, elaborate};
 use sdfc_compiler::passes::PassOptions;
@@ -20,7 +20,7 @@ pub(crate) struct EngineScene {
     /// Programs of the scene.
     compiled: compile::Compiled,
     /// Results of its uniform program.
-    pub(crate) outputs: Vec<f64>,
+    pub(crate) uniform_values: Vec<f64>,
     /// Functions as source for the engine `wgsl`, empty for the others.
     generated: GeneratedSource,
 }
@@ -42,7 +42,7 @@ impl EngineScene {
     pub(crate) fn from_clauses(text: &str, kind: EngineKind) -> Result<Self, String> {
         let mut sources = Sources::new();
         let file = sources.add("model".to_owned(), text.to_owned());
-        let (scene, diagnostics) = parse_clauses(&sources, file);
+        let (scene, diagnostics) = parse_fidget_text(&sources, file);
         Self::compile_elaborated(scene, diagnostics, &sources, &PassOptions::default(), kind)
     }
 
@@ -73,10 +73,10 @@ impl EngineScene {
             }
         };
         let mut compiled = compiled;
-        let outputs = compiled.update(0.0);
+        let uniform_values = compiled.update(0.0);
         Ok(Self {
             compiled,
-            outputs,
+            uniform_values,
             generated,
         })
     }
@@ -91,14 +91,14 @@ impl EngineScene {
         for param in &mut self.compiled.module.settings.params {
             param.value = vec![value];
         }
-        self.outputs = self.compiled.update(0.0);
+        self.uniform_values = self.compiled.update(0.0);
     }
 
     /// Returns the scene in the form that engines load.
     pub(crate) fn scene_input(&self) -> SceneInput<'_> {
         SceneInput {
             module: self.module(),
-            outputs: &self.outputs,
+            uniform_values: &self.uniform_values,
             generated: SceneSource {
                 text: &self.generated.text,
                 calls: &self.generated.calls,
@@ -108,7 +108,7 @@ impl EngineScene {
 
     /// Returns the settings of its picture, with some overridden.
     pub(crate) fn settings(&self, overrides: &Overrides) -> Result<RenderSettings, String> {
-        resolve(self.module(), &self.outputs, overrides).map_err(|error| error.to_string())
+        resolve(self.module(), &self.uniform_values, overrides).map_err(|error| error.to_string())
     }
 }
 
@@ -180,7 +180,7 @@ impl<'a> SdfcEngine<'a> {
         Ok(RenderSettings {
             view: self.model.view.camera(),
             is_2d: self.model.is_2d,
-            cone: self.rays.cone,
+            threshold_fraction: self.rays.cone,
             cells: self.rays.cells,
             ..settings
         })

@@ -170,7 +170,7 @@ fn measure_changed_param(primitives: u32, engine: &mut dyn Engine, options: &Sol
         let value = 0.1 + 0.01 * (times.frame.len() + 1) as f64;
         let (updated, load_ms) = timed(|| {
             compiled.set_params(value);
-            engine.update(compiled.module(), &compiled.outputs)
+            engine.update(compiled.module(), &compiled.uniform_values)
         });
         updated.map_err(|error| error.to_string())?;
         let (drawn, frame_ms) = timed(|| draw(engine, &compiled));

@@ -1,7 +1,7 @@
-//! Numbers with discontinuities, with their branches held: each discontinuous operation keeps the
-//! integer or the choice that it has at one point, and is smooth beyond. A slope bound of the result
-//! holds for every piece of the number. Floors, fractions, remainders, comparisons and angles are held.
-//! Other discontinuous operations are expressed by them (`slope/discontinuities.rs`).
+//! Numbers with discontinuities, with their branches held. Each discontinuous operation keeps the integer or
+//! the choice that it has at one point, and is smooth beyond. A slope bound of the result holds for every
+//! piece of the number. Floors, fractions, remainders, comparisons and angles are held. Other discontinuous
+//! operations are expressed by them (`slope/discontinuities.rs`).
 
 use super::BoxStep;
 use super::relative::is_flat;

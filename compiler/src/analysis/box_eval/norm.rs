@@ -1,13 +1,13 @@
-//! Bounds on the length of a gradient in a box. Where the number contains lengths they are tighter than
-//! a bound by components. The direction of a vector near zero is arbitrary, so each component of the
-//! gradient of its length may be 1; the length of that gradient is still at most 1.
+//! Bounds on the length of a gradient in a box. Where the number contains lengths they are tighter than a
+//! bound by components. The direction of a vector near zero is arbitrary, so each component of the gradient
+//! of its length may be 1. The length of that gradient is still at most 1.
 
 use super::relative::is_flat;
 use super::{BoxNumber, BoxStep, relative};
 use sdfc_vm::dual::Dual;
 use sdfc_vm::interval::Interval;
 use sdfc_vm::real::Real;
-use sdfc_vm::row::Slope;
+use sdfc_vm::row::SlopeRule;
 use sdfc_vm::table::Op;
 use sdfc_vm::vector::V3;
 use std::f64::consts::LOG2_E;
@@ -86,8 +86,8 @@ impl BoxNumber<Dual<Interval>> {
                     let width = self.values[high].value.lo - self.values[low].value.hi;
                     product(1.5 / width.max(MIN_DIVISOR), norms[a])
                 }
-                _ => match (op.row().meta.slope, point) {
-                    (Slope::Constant(slope), Some(point)) => {
+                _ => match (op.row().facts.slope, point) {
+                    (SlopeRule::Constant(slope), Some(point)) => {
                         product(slope, self.stretch(point, norms))
                     }
                     _ => f64::INFINITY,

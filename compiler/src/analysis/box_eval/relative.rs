@@ -1,8 +1,8 @@
 //! Relative gradients: bounds of the gradient of a positive number's logarithm.
 //!
-//! Exponentials cover many orders of magnitude in a box, so the gradient of a sum of them says little
-//! about that of its logarithm. The relative gradient does: that of an exponential is the gradient of
-//! its exponent, and that of a sum is a mean of its operands' relative gradients.
+//! Exponentials cover many orders of magnitude in a box, so the gradient of a sum of them says little about
+//! that of its logarithm. The relative gradient does. That of an exponential is the gradient of its exponent;
+//! that of a sum is a mean of its operands' relative gradients.
 
 use super::BoxStep;
 use sdfc_vm::dual::Dual;

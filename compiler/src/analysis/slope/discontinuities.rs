@@ -51,7 +51,7 @@ fn is_discontinuous(expressions: &Expressions, id: ExprId) -> bool {
     let Expression::Apply { op, .. } = expressions.get(id) else {
         return false;
     };
-    op.row().meta.continuity == Continuity::Jumps && expressions.stage(id) > Stage::Uniform
+    op.row().facts.continuity == Continuity::Jumps && expressions.stage(id) > Stage::Uniform
 }
 
 /// Rewrites a number so that floors, fractions, remainders, comparisons and angles are its only

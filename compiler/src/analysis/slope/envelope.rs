@@ -131,7 +131,7 @@ impl EnvelopeBuilder<'_> {
                 let [a, b] = [operands[1], operands[2]];
                 Some(self.min_and_max(&[a[0], a[1], b[0], b[1]]))
             }
-            _ => match op.row().meta.set? {
+            _ => match op.row().facts.set? {
                 SetOperation::Union | SetOperation::Intersection => {
                     Some(self.monotonic_envelope(op, operands, parameters))
                 }

@@ -1,5 +1,5 @@
-//! Bounds of changes near a point, for numbers without a slope bound: around the axis of an angle,
-//! beside a pole, at the branch point of a root.
+//! Bounds of changes near a point, for numbers without a slope bound. They occur around the axis of an angle,
+//! beside a pole, and at the branch point of a root.
 //!
 //! Within a distance `d`, the number changes by at most `slope · d / (1 − growth · d)`. Sums, products
 //! and quotients of such numbers have such a bound again, and so have elementary functions of them. The

@@ -1,4 +1,4 @@
-//! Safe steps on fields with discontinuities: where a floor, a remainder or a choice changes, the value
+//! Safe steps on fields with discontinuities. Where a floor, a remainder or a choice changes, the value
 //! changes by a finite amount however little the point moves.
 //!
 //! Such a field consists of pieces that are smooth. A path to a change of sign stays in the piece of

@@ -1,9 +1,9 @@
 //! Lipschitz bounds of shapes: bounds on how fast a shape's value, as it is written, changes within a
 //! region.
 //!
-//! A bound follows from the rules of the table, operand by operand, and from a branch-and-bound search
-//! for the numbers that a scene writes itself (fields, displacements, warps). It holds for all points
-//! of the region and for all values of the parameters.
+//! A bound follows from the rules of the table, operand by operand. For numbers that a scene writes itself
+//! (fields, displacements, warps), a branch-and-bound search finds it. It holds for all points of the region
+//! and for all values of the parameters.
 
 use super::region_bounds::RegionBounds;
 use super::{
@@ -19,7 +19,7 @@ use sdfc_vm::apply::{OpResult, apply, pack_parameters};
 use sdfc_vm::bounds::Bounds;
 use sdfc_vm::interval::Interval;
 use sdfc_vm::ops::volumes;
-use sdfc_vm::row::Slope;
+use sdfc_vm::row::SlopeRule;
 use sdfc_vm::table::Op;
 use sdfc_vm::vector::V3;
 use std::collections::HashMap;
@@ -273,7 +273,7 @@ impl ShapeSlopes {
                 self.bound_in_region(scene, boxes, *child, &inner_region)
             }
             ShapeKind::Polar { child, .. } => {
-                let inner_region = rotated_region(region, scene.shapes[id.0 as usize].plane);
+                let inner_region = rotated_region(region, scene.shapes[id.0 as usize].is_2d);
                 self.bound_in_region(scene, boxes, *child, &inner_region)
             }
             ShapeKind::Domain {
@@ -383,7 +383,7 @@ impl ShapeSlopes {
         parameters: &[ExprId],
         operands: [f64; N],
     ) -> f64 {
-        op.row().meta.slope.bound(&operands, 1.0, |rule| {
+        op.row().facts.slope.bound(&operands, 1.0, |rule| {
             larger_at_ends(&self.parameter_ends(scene, parameters), rule)
         })
     }
@@ -396,9 +396,9 @@ impl ShapeSlopes {
         parameters: &[ExprId],
         region: &Bounds,
     ) -> (f64, Bounds) {
-        let max_stretch = match op.row().meta.slope {
-            Slope::Fold => 1.0,
-            Slope::PointMap(stretch) => {
+        let max_stretch = match op.row().facts.slope {
+            SlopeRule::Fold => 1.0,
+            SlopeRule::PointMap(stretch) => {
                 let ends = self.parameter_ends(scene, parameters);
                 larger_at_ends(&ends, |numbers| stretch(numbers, region))
             }
@@ -561,8 +561,8 @@ fn larger_at_ends(ends: &[Vec<f64>; 2], rule: impl Fn(&[f64]) -> f64) -> f64 {
 }
 
 /// Returns a region rotated by all angles about the axis of polar copies.
-fn rotated_region(region: &Bounds, plane: bool) -> Bounds {
-    if plane {
+fn rotated_region(region: &Bounds, is_2d: bool) -> Bounds {
+    if is_2d {
         volumes::polar_plane(&[], region)
     } else {
         volumes::polar(&[], region)

@@ -19,20 +19,20 @@ impl Extremes {
     /// The operands of the minimum or the maximum that a number is equivalent to.
     ///
     /// Monotonic operations around it are moved into its operands.
-    pub(super) fn find(graph: &mut Expressions, id: ExprId) -> Option<Self> {
-        nested(graph, id, MAX_DEPTH)
+    pub(super) fn find(expressions: &mut Expressions, id: ExprId) -> Option<Self> {
+        nested(expressions, id, MAX_DEPTH)
     }
 }
 
 /// Recursion to at most `depth`.
-fn nested(graph: &mut Expressions, id: ExprId, depth: u32) -> Option<Extremes> {
-    let Expression::Apply { op, values, .. } = graph.get(id).clone() else {
+fn nested(expressions: &mut Expressions, id: ExprId, depth: u32) -> Option<Extremes> {
+    let Expression::Apply { op, values, .. } = expressions.get(id).clone() else {
         return None;
     };
-    if depth == 0 || graph.stage(id) <= Stage::Uniform {
+    if depth == 0 || expressions.stage(id) <= Stage::Uniform {
         return None;
     }
-    let sign = |graph: &Expressions, id| match graph.as_constant(id) {
+    let sign = |expressions: &Expressions, id| match expressions.as_constant(id) {
         Some(v) if v > 0.0 => Some(false),
         Some(v) if v < 0.0 => Some(true),
         _ => None,
@@ -42,7 +42,7 @@ fn nested(graph: &mut Expressions, id: ExprId, depth: u32) -> Option<Extremes> {
             let is_minimum = op == Op::Min;
             let mut operands = Vec::new();
             for &value in &values {
-                match nested(graph, value, depth - 1) {
+                match nested(expressions, value, depth - 1) {
                     Some(inner) if inner.is_minimum == is_minimum => operands.extend(inner.values),
                     _ => operands.push(value),
                 }
@@ -53,35 +53,37 @@ fn nested(graph: &mut Expressions, id: ExprId, depth: u32) -> Option<Extremes> {
             })
         }
         (Op::Neg, &[a]) => {
-            let inner = nested(graph, a, depth - 1)?;
-            Some(inner.map_operands(true, |value| graph.call(op, &[value])))
+            let inner = nested(expressions, a, depth - 1)?;
+            Some(inner.map_operands(true, |value| expressions.call(op, &[value])))
         }
         (Op::Sqrt, &[a]) => {
-            let inner = nested(graph, a, depth - 1)?;
-            Some(inner.map_operands(false, |value| graph.call(op, &[value])))
+            let inner = nested(expressions, a, depth - 1)?;
+            Some(inner.map_operands(false, |value| expressions.call(op, &[value])))
         }
-        (Op::Add | Op::Sub, &[a, b]) => match nested(graph, a, depth - 1) {
-            Some(inner) => Some(inner.map_operands(false, |value| graph.call(op, &[value, b]))),
+        (Op::Add | Op::Sub, &[a, b]) => match nested(expressions, a, depth - 1) {
+            Some(inner) => {
+                Some(inner.map_operands(false, |value| expressions.call(op, &[value, b])))
+            }
             None => {
-                let inner = nested(graph, b, depth - 1)?;
-                Some(inner.map_operands(op == Op::Sub, |value| graph.call(op, &[a, value])))
+                let inner = nested(expressions, b, depth - 1)?;
+                Some(inner.map_operands(op == Op::Sub, |value| expressions.call(op, &[a, value])))
             }
         },
-        (Op::Mul, &[a, b]) => match (sign(graph, a), sign(graph, b)) {
+        (Op::Mul, &[a, b]) => match (sign(expressions, a), sign(expressions, b)) {
             (Some(reverses), _) => {
-                let inner = nested(graph, b, depth - 1)?;
-                Some(inner.map_operands(reverses, |value| graph.call(op, &[a, value])))
+                let inner = nested(expressions, b, depth - 1)?;
+                Some(inner.map_operands(reverses, |value| expressions.call(op, &[a, value])))
             }
             (_, Some(reverses)) => {
-                let inner = nested(graph, a, depth - 1)?;
-                Some(inner.map_operands(reverses, |value| graph.call(op, &[value, b])))
+                let inner = nested(expressions, a, depth - 1)?;
+                Some(inner.map_operands(reverses, |value| expressions.call(op, &[value, b])))
             }
             _ => None,
         },
         (Op::Div, &[a, b]) => {
-            let reverses = sign(graph, b)?;
-            let inner = nested(graph, a, depth - 1)?;
-            Some(inner.map_operands(reverses, |value| graph.call(op, &[value, b])))
+            let reverses = sign(expressions, b)?;
+            let inner = nested(expressions, a, depth - 1)?;
+            Some(inner.map_operands(reverses, |value| expressions.call(op, &[value, b])))
         }
         _ => None,
     }
@@ -104,27 +106,27 @@ mod tests {
 
     #[test]
     fn minima_are_found_below_what_keeps_the_order_of_numbers() {
-        let mut graph = Expressions::default();
-        let [x, y, z] = [0, 1, 2].map(|axis| graph.coordinate(axis));
-        let constant_two = graph.constant(2.0);
-        let minus = graph.constant(-2.0);
-        let largest = graph.call(Op::Max, &[x, y]);
-        let smallest = graph.call(Op::Min, &[largest, z]);
-        let scaled = graph.call(Op::Mul, &[constant_two, smallest]);
-        let [a, b] = [largest, z].map(|value| graph.call(Op::Mul, &[constant_two, value]));
-        let extremes = Extremes::find(&mut graph, scaled).expect("a minimum");
+        let mut expressions = Expressions::default();
+        let [x, y, z] = [0, 1, 2].map(|axis| expressions.coordinate(axis));
+        let constant_two = expressions.constant(2.0);
+        let minus = expressions.constant(-2.0);
+        let largest = expressions.call(Op::Max, &[x, y]);
+        let smallest = expressions.call(Op::Min, &[largest, z]);
+        let scaled = expressions.call(Op::Mul, &[constant_two, smallest]);
+        let [a, b] = [largest, z].map(|value| expressions.call(Op::Mul, &[constant_two, value]));
+        let extremes = Extremes::find(&mut expressions, scaled).expect("a minimum");
         assert_eq!((extremes.is_minimum, extremes.values), (true, vec![a, b]));
-        let divided = graph.call(Op::Div, &[smallest, minus]);
-        let extremes = Extremes::find(&mut graph, divided).expect("a maximum");
+        let divided = expressions.call(Op::Div, &[smallest, minus]);
+        let extremes = Extremes::find(&mut expressions, divided).expect("a maximum");
         assert!(!extremes.is_minimum && extremes.values.len() == 2);
-        let three = graph.call(Op::Min, &[smallest, x]);
-        let shifted = graph.call(Op::Sub, &[y, three]);
-        let extremes = Extremes::find(&mut graph, shifted).expect("a maximum");
+        let three = expressions.call(Op::Min, &[smallest, x]);
+        let shifted = expressions.call(Op::Sub, &[y, three]);
+        let extremes = Extremes::find(&mut expressions, shifted).expect("a maximum");
         assert!(!extremes.is_minimum && extremes.values.len() == 3);
         // A factor of unknown sign is not monotonic, and a sum of coordinates is not a minimum.
-        let product = graph.call(Op::Mul, &[smallest, x]);
-        assert_eq!(Extremes::find(&mut graph, product), None);
-        let sum = graph.call(Op::Add, &[x, y]);
-        assert_eq!(Extremes::find(&mut graph, sum), None);
+        let product = expressions.call(Op::Mul, &[smallest, x]);
+        assert_eq!(Extremes::find(&mut expressions, product), None);
+        let sum = expressions.call(Op::Add, &[x, y]);
+        assert_eq!(Extremes::find(&mut expressions, sum), None);
     }
 }

@@ -93,7 +93,7 @@ impl<'a> FiniteFinder<'a> {
         let set = match op {
             // Unbounded operands of `xor` are left out like those of a union.
             Op::Xor => Some(SetOperation::Union),
-            _ => op.row().meta.set,
+            _ => op.row().facts.set,
         };
         match set {
             Some(SetOperation::Union) => {
@@ -261,7 +261,7 @@ impl<'a> FiniteFinder<'a> {
                 ..
             } => Some(*child),
             ShapeKind::Combine { op, children, .. } => {
-                let set = op.row().meta.set?;
+                let set = op.row().facts.set?;
                 let complemented = |(index, &operand): (usize, &ShapeId)| match (set, index) {
                     (Subtraction, 1..) => operand,
                     _ => self.with_operands(id, vec![operand]),
@@ -305,7 +305,7 @@ impl<'a> FiniteFinder<'a> {
     /// Reports whether a shape's box is bounded, for a 2-D shape in its plane.
     fn is_bounded(&mut self, id: ShapeId) -> bool {
         let mut bounds = self.bounds(id);
-        if self.shape(id).plane && !bounds.is_empty() {
+        if self.shape(id).is_2d && !bounds.is_empty() {
             (bounds.min[2], bounds.max[2]) = (0.0, 0.0);
         }
         bounds.is_finite()

@@ -100,12 +100,12 @@ impl<'a> Elaborator<'a> {
             } else {
                 [0.0, 0.0, -1.0]
             };
-            camera.up = north.map(|v| self.graph.constant(v));
+            camera.up = north.map(|v| self.expressions.constant(v));
         }
     }
 
     /// Camera of a scene without a `camera` block.
     pub(crate) fn automatic_camera(&mut self) -> SceneCamera {
-        settings::Camera::open(self.z_up).map(|v| self.graph.constant(v))
+        settings::Camera::open(self.z_up).map(|v| self.expressions.constant(v))
     }
 }

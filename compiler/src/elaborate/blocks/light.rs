@@ -19,7 +19,7 @@ impl<'a> Elaborator<'a> {
             self.number_field(env, block, "intensity", Stage::Uniform, f64::INFINITY)?;
         let shadow = match self.find_field(block, "shadow") {
             Some(field) => self.shadow(env, field)?,
-            None => Some(SceneShadow::Soft(self.graph.constant(0.03))),
+            None => Some(SceneShadow::Soft(self.expressions.constant(0.03))),
         };
         let has_both =
             self.find_field(block, "dir").is_some() && self.find_field(block, "at").is_some();
@@ -48,8 +48,8 @@ impl<'a> Elaborator<'a> {
             (None, Some(position)) => SceneLightSource::Point(position),
             (None, None) => return Ok(()),
         };
-        let constant_one = self.graph.constant(1.0);
-        let intensity = intensity.unwrap_or_else(|| self.graph.constant(3.0));
+        let constant_one = self.expressions.constant(1.0);
+        let intensity = intensity.unwrap_or_else(|| self.expressions.constant(3.0));
         let Some(shadow) = shadow else { return Ok(()) };
         let color = color.unwrap_or([constant_one; 3]);
         self.lights.push(SceneLight {
@@ -90,7 +90,7 @@ impl<'a> Elaborator<'a> {
                     self.report(Diagnostic::error(codes::E0301, arg.span, message));
                     return Ok(None);
                 };
-                let stage = self.graph.stage(number.id);
+                let stage = self.expressions.stage(number.id);
                 if stage > Stage::Uniform {
                     self.report_too_late("the width of a shadow", stage, arg.span);
                     return Ok(None);
@@ -103,7 +103,7 @@ impl<'a> Elaborator<'a> {
                 }
                 number.id
             }
-            None => self.graph.constant(0.03),
+            None => self.expressions.constant(0.03),
         };
         Ok(Some(match kind {
             "none" => SceneShadow::None,
@@ -128,14 +128,14 @@ impl<'a> Elaborator<'a> {
         let ambient = self.number_field(env, block, "ambient", stage, f64::INFINITY)?;
         let fog = self.number_field(env, block, "fog", stage, f64::INFINITY)?;
         let horizon = horizon.or(top).unwrap_or(default.horizon);
-        let ground_fraction = self.graph.constant(0.35);
+        let ground_fraction = self.expressions.constant(0.35);
         let darkened = horizon.map(|id| self.op(Op::Mul, &[id, ground_fraction]));
         self.sky = Some(SceneSky {
             top: top.unwrap_or(horizon),
             horizon,
             ground: ground.unwrap_or(darkened),
             ambient: ambient.unwrap_or(default.ambient),
-            fog: fog.filter(|&id| self.graph.as_constant(id) != Some(0.0)),
+            fog: fog.filter(|&id| self.expressions.as_constant(id) != Some(0.0)),
         });
         Ok(())
     }
@@ -146,7 +146,7 @@ impl<'a> Elaborator<'a> {
             top: self.srgb([0x6f, 0x97, 0xcf, 255]),
             horizon: self.srgb([0xe3, 0xea, 0xf2, 255]),
             ground: self.srgb([0x7c, 0x78, 0x72, 255]),
-            ambient: self.graph.constant(1.0),
+            ambient: self.expressions.constant(1.0),
             fog: None,
         }
     }
@@ -162,12 +162,12 @@ impl<'a> Elaborator<'a> {
                 SceneLight {
                     name: String::new(),
                     source: SceneLightSource::Directional(
-                        dir.map(|v| e.graph.constant(v / length)),
+                        dir.map(|v| e.expressions.constant(v / length)),
                     ),
                     color: e.srgb(color),
-                    intensity: e.graph.constant(strength),
+                    intensity: e.expressions.constant(strength),
                     shadow: match soft {
-                        true => SceneShadow::Soft(e.graph.constant(0.04)),
+                        true => SceneShadow::Soft(e.expressions.constant(0.04)),
                         false => SceneShadow::None,
                     },
                 }

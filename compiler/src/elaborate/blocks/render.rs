@@ -148,7 +148,7 @@ impl<'a> Elaborator<'a> {
             occlusion_reach: None,
             normals: Normals::Exact,
             tonemap: Tonemap::Aces,
-            exposure: self.graph.constant(1.0),
+            exposure: self.expressions.constant(1.0),
         }
     }
 

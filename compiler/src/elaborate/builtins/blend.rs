@@ -65,15 +65,17 @@ impl<'a> Elaborator<'a> {
             // At the origin, the blend is as thick as the amount. It grows by 0.1 per unit of
             // distance, to at most 4 times the amount.
             let (zero, growth, times) = (
-                self.graph.constant(0.0),
-                self.graph.constant(0.1),
-                self.graph.constant(4.0),
+                self.expressions.constant(0.0),
+                self.expressions.constant(0.1),
+                self.expressions.constant(4.0),
             );
             let max_amount = self.op(Op::Mul, &[blend.amount, times]);
             arguments = vec![zero, zero, zero, blend.amount, growth, max_amount];
         }
         if blend.kind == K::Stairs {
-            let steps = blend.steps.unwrap_or_else(|| self.graph.constant(3.0));
+            let steps = blend
+                .steps
+                .unwrap_or_else(|| self.expressions.constant(3.0));
             arguments.push(steps);
         }
         Some((row, self.prepare_parameters(row, &arguments)))
@@ -179,7 +181,7 @@ impl<'a> Elaborator<'a> {
                 return None;
             }
         };
-        let stage = self.graph.stage(number.id);
+        let stage = self.expressions.stage(number.id);
         if stage > Stage::Uniform {
             self.report_too_late("the radius of a blend", stage, span);
             return None;
@@ -202,7 +204,7 @@ impl<'a> Elaborator<'a> {
             self.report(Diagnostic::error(codes::E0401, span, message));
             return None;
         }
-        Some(self.graph.constant(count))
+        Some(self.expressions.constant(count))
     }
 
     pub(crate) fn warn_large_blend(
@@ -211,7 +213,7 @@ impl<'a> Elaborator<'a> {
         shapes: &[ShapeId],
         _spans: [Span; 2],
     ) {
-        let Some(amount) = self.graph.as_constant(blend.amount) else {
+        let Some(amount) = self.expressions.as_constant(blend.amount) else {
             return;
         };
         for &id in shapes.iter().rev().take(2) {

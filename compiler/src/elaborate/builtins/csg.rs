@@ -176,7 +176,7 @@ impl<'a> Elaborator<'a> {
         let Some(child) = self.shape(value, operand) else {
             return Value::Poison;
         };
-        let plane = self.shapes[child.0 as usize].plane;
+        let is_2d = self.shapes[child.0 as usize].is_2d;
         if self.is_nothing(child) {
             let message = "the complement of an empty shape cannot be drawn";
             self.report(Diagnostic::error(codes::E0405, span, message));
@@ -196,7 +196,7 @@ impl<'a> Elaborator<'a> {
             child,
             parameters: Vec::new(),
         };
-        Value::Shape(self.add(kind, plane, span))
+        Value::Shape(self.add(kind, is_2d, span))
     }
 
     /// `union(..)`, `intersect(..)`, `subtract(..)` with shapes, lists and a named blend.

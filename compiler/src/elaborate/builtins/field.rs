@@ -22,15 +22,15 @@ const MAX_OCTAVES: f64 = 16.0;
 impl<'a> Elaborator<'a> {
     /// Coordinates of the point, as numbers.
     fn coordinates(&mut self) -> [ScalarValue; 3] {
-        [0, 1, 2].map(|axis| ScalarValue::new(self.graph.coordinate(axis), Quantity::Plain))
+        [0, 1, 2].map(|axis| ScalarValue::new(self.expressions.coordinate(axis), Quantity::Plain))
     }
 
     /// `field(f, lipschitz, within)`
     pub(crate) fn field_shape(&mut self, bound: BoundArgs<'a>) -> EvalResult<'a> {
         let function = bound.value(0).clone();
         let [x, y, z] = self.coordinates();
-        let flat = takes_vec2(&function);
-        let point = if flat {
+        let is_2d = takes_vec2(&function);
+        let point = if is_2d {
             Vector::from_slice(&[x, y])
         } else {
             Some(Vector::from_array([x, y, z]))
@@ -54,7 +54,7 @@ impl<'a> Elaborator<'a> {
                 slope,
                 region,
             };
-            return Ok(Value::Shape(self.add(kind, flat, bound.span)));
+            return Ok(Value::Shape(self.add(kind, is_2d, bound.span)));
         }
         // A field with `within` is intersected with that box.
         let size = bound.vector(2);
@@ -66,13 +66,13 @@ impl<'a> Elaborator<'a> {
                 slope,
                 region,
             },
-            flat,
+            is_2d,
             bound.span,
         );
-        let op = if flat { Op::Rect } else { Op::Cuboid };
-        let size = if flat { &size[..2] } else { &size[..] };
+        let op = if is_2d { Op::Rect } else { Op::Cuboid };
+        let size = if is_2d { &size[..2] } else { &size[..] };
         let parameters = self.prepare_parameters(op, size);
-        let limit = self.add(ShapeKind::Primitive { op, parameters }, flat, bound.span);
+        let limit = self.add(ShapeKind::Primitive { op, parameters }, is_2d, bound.span);
         let intersection =
             self.combine(Op::Intersection, Vec::new(), vec![field, limit], bound.span);
         shape_value(intersection)
@@ -84,9 +84,9 @@ impl<'a> Elaborator<'a> {
         if self.depends_on_params(value) {
             return Bounds::ALL_SPACE;
         }
-        let graph = &self.graph;
-        extent(graph, value, &mut |id| {
-            Interval::point(graph.as_constant(id).unwrap_or(f64::NAN))
+        let expressions = &self.expressions;
+        extent(expressions, value, &mut |id| {
+            Interval::point(expressions.as_constant(id).unwrap_or(f64::NAN))
         })
     }
 
@@ -164,7 +164,7 @@ impl<'a> Elaborator<'a> {
             region,
         };
         let ground = self.add(kind, false, span);
-        let sizes = [0, 1, 2].map(|i| self.graph.constant(region.max[i] - region.min[i]));
+        let sizes = [0, 1, 2].map(|i| self.expressions.constant(region.max[i] - region.min[i]));
         let parameters = self.prepare_parameters(Op::Cuboid, &sizes);
         let op = Op::Cuboid;
         let block = self.add(ShapeKind::Primitive { op, parameters }, false, span);
@@ -179,8 +179,8 @@ impl<'a> Elaborator<'a> {
         if self.is_nothing(child) {
             return Ok(Value::Shape(child));
         }
-        let plane = self.shapes[child.0 as usize].plane;
-        let point = self.local_point(plane);
+        let is_2d = self.shapes[child.0 as usize].is_2d;
+        let point = self.local_point(is_2d);
         let function = bound.value(1).clone();
         let Some(amount) = self.evaluate_field(&function, point, bound.span_at(1))? else {
             return Ok(Value::Poison);
@@ -188,14 +188,14 @@ impl<'a> Elaborator<'a> {
         let amount = self.op(Op::Neg, &[amount]);
         Ok(Value::Shape(self.add(
             ShapeKind::Displace { child, amount },
-            plane,
+            is_2d,
             bound.span,
         )))
     }
 
-    fn local_point(&mut self, plane: bool) -> Option<Vector> {
+    fn local_point(&mut self, is_2d: bool) -> Option<Vector> {
         let [x, y, z] = self.coordinates();
-        if plane {
+        if is_2d {
             Vector::from_slice(&[x, y])
         } else {
             Some(Vector::from_array([x, y, z]))
@@ -208,20 +208,20 @@ impl<'a> Elaborator<'a> {
         if self.is_nothing(child) {
             return Ok(Value::Shape(child));
         }
-        let plane = self.shapes[child.0 as usize].plane;
+        let is_2d = self.shapes[child.0 as usize].is_2d;
         let span = bound.span_at(1);
-        let Some(point) = self.local_point(plane) else {
+        let Some(point) = self.local_point(is_2d) else {
             return Ok(Value::Poison);
         };
         let value = self.call_at_point(&bound.value(1).clone(), [Value::Vector(point)], span)?;
         if value.is_poison() {
             return Ok(Value::Poison);
         }
-        let width = if plane { 2 } else { 3 };
+        let width = if is_2d { 2 } else { 3 };
         let point = match components(&value) {
             Some((Form::Vector(len), numbers)) if len == width => {
-                let z = if plane {
-                    self.graph.coordinate(2)
+                let z = if is_2d {
+                    self.expressions.coordinate(2)
                 } else {
                     numbers[2].id
                 };
@@ -234,7 +234,7 @@ impl<'a> Elaborator<'a> {
         };
         Ok(Value::Shape(self.add(
             ShapeKind::Warp { child, point },
-            plane,
+            is_2d,
             bound.span,
         )))
     }
@@ -245,12 +245,12 @@ impl<'a> Elaborator<'a> {
             return Ok(Value::Poison);
         };
         let seed = bound.number(1);
-        let id = self.graph.apply(Op::Noise, Some(point), &[], &[seed]);
+        let id = self.expressions.apply(Op::Noise, Some(point), &[], &[seed]);
         Ok(Value::Number(ScalarValue::plain(id)))
     }
 
     fn noise_point(&mut self, bound: &BoundArgs<'a>) -> Option<[ExprId; 3]> {
-        let zero = self.graph.constant(0.0);
+        let zero = self.expressions.constant(0.0);
         match components(bound.value(0)) {
             Some((Form::Scalar, [x, ..])) => Some([x.id, zero, zero]),
             Some((Form::Vector(2), [x, y, ..])) => Some([x.id, y.id, zero]),
@@ -280,13 +280,13 @@ impl<'a> Elaborator<'a> {
             return Ok(Value::Poison);
         }
         let (seed, gain, lacunarity) = (bound.number(2), bound.number(3), bound.number(4));
-        let mut sum = self.graph.constant(0.0);
-        let mut frequency = self.graph.constant(1.0);
+        let mut sum = self.expressions.constant(0.0);
+        let mut frequency = self.expressions.constant(1.0);
         // With the default gain, the amplitudes sum to at most 1.
-        let mut amplitude = self.graph.constant(0.5);
+        let mut amplitude = self.expressions.constant(0.5);
         for _ in 0..count as u32 {
             let parameters = self.prepare_parameters(op, &[frequency, amplitude, seed]);
-            sum = self.graph.apply(op, Some(point), &[sum], &parameters);
+            sum = self.expressions.apply(op, Some(point), &[sum], &parameters);
             frequency = self.op(Op::Mul, &[frequency, lacunarity]);
             amplitude = self.op(Op::Mul, &[amplitude, gain]);
         }
@@ -311,7 +311,7 @@ impl<'a> Elaborator<'a> {
                 return Ok(self.report_wrong(element, "a corner of a polygon is a vec2", span));
             };
             for id in [x.id, y.id] {
-                let stage = self.graph.stage(id);
+                let stage = self.expressions.stage(id);
                 if stage > Stage::Uniform {
                     self.report_too_late("a corner of a polygon", stage, span);
                     return Ok(Value::Poison);
@@ -335,7 +335,7 @@ impl<'a> Elaborator<'a> {
             _ => return Ok(value),
         };
         let point = Vector::from_array(self.coordinates());
-        let normal = [0, 1, 2].map(|axis| ScalarValue::plain(self.graph.normal(axis)));
+        let normal = [0, 1, 2].map(|axis| ScalarValue::plain(self.expressions.normal(axis)));
         let args = [
             Value::Vector(point),
             Value::Vector(Vector::from_array(normal)),
@@ -362,9 +362,9 @@ impl<'a> Elaborator<'a> {
         if self.is_nothing(child) {
             return Ok(Value::Shape(child));
         }
-        let plane = self.shapes[child.0 as usize].plane;
+        let is_2d = self.shapes[child.0 as usize].is_2d;
         let kind = ShapeKind::Painted { child, material };
-        Ok(Value::Shape(self.add(kind, plane, bound.span)))
+        Ok(Value::Shape(self.add(kind, is_2d, bound.span)))
     }
 }
 

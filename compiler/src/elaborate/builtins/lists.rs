@@ -20,10 +20,14 @@ impl<'a> Elaborator<'a> {
     pub(crate) fn len(&mut self, bound: BoundArgs<'a>) -> EvalResult<'a> {
         if let Value::Text(text) = bound.value(0) {
             let count = text.chars().count() as f64;
-            return Ok(Value::Number(ScalarValue::int(self.graph.constant(count))));
+            return Ok(Value::Number(ScalarValue::int(
+                self.expressions.constant(count),
+            )));
         }
         Ok(match self.argument_elements(&bound, 0) {
-            Some(list) => Value::Number(ScalarValue::int(self.graph.constant(list.len() as f64))),
+            Some(list) => Value::Number(ScalarValue::int(
+                self.expressions.constant(list.len() as f64),
+            )),
             None => Value::Poison,
         })
     }
@@ -89,7 +93,7 @@ impl<'a> Elaborator<'a> {
         let Some(list) = self.argument_elements(&bound, 0) else {
             return Ok(Value::Poison);
         };
-        let zero = ScalarValue::int(self.graph.constant(0.0));
+        let zero = ScalarValue::int(self.expressions.constant(0.0));
         let mut result = Value::Number(zero);
         let span = bound.span_at(0);
         for value in list.iter() {
@@ -190,7 +194,7 @@ impl<'a> Elaborator<'a> {
         }
         let fraction = (hash >> 11) as f64 / (1_u64 << 53) as f64;
         Ok(Value::Number(ScalarValue::new(
-            self.graph.constant(fraction),
+            self.expressions.constant(fraction),
             Quantity::Plain,
         )))
     }
@@ -232,12 +236,12 @@ impl<'a> Elaborator<'a> {
             Some(arg) => self.display([&arg.value], ""),
             None => format!("`{}` does not hold", self.sources.slice(span)),
         };
-        let stage = self.graph.stage(condition);
+        let stage = self.expressions.stage(condition);
         if stage > Stage::Uniform {
             self.report_too_late("the condition of `assert`", stage, span);
             return Ok(Value::Poison);
         }
-        let half = self.graph.constant(0.5);
+        let half = self.expressions.constant(0.5);
         let margin = self.op(Op::Sub, &[condition, half]);
         let text = message.clone();
         let failed = |_| Diagnostic::error(codes::E0406, span, text);

@@ -160,7 +160,7 @@ impl<'a> Elaborator<'a> {
         call: &Invocation<'a>,
         numbers: &[ScalarValue],
     ) -> Option<()> {
-        let value = self.graph.as_constant(numbers[0].id);
+        let value = self.expressions.as_constant(numbers[0].id);
         let message = match (row.op, value) {
             (Op::Sqrt, Some(v)) if v < 0.0 => "this is the square root of a negative number",
             (Op::InverseSqrt, Some(v)) if v <= 0.0 => {
@@ -318,11 +318,14 @@ impl<'a> Elaborator<'a> {
         Ok(self.componentwise(&call, |e, numbers| {
             let [base, exponent] = [numbers[0], numbers[1]];
             let integer = e
-                .graph
+                .expressions
                 .as_constant(exponent.id)
                 .filter(|n| n.fract() == 0.0 && n.abs() <= 16.0);
             let Some(n) = integer else {
-                if e.graph.as_constant(base.id).is_some_and(|base| base < 0.0) {
+                if e.expressions
+                    .as_constant(base.id)
+                    .is_some_and(|base| base < 0.0)
+                {
                     let message = "a negative number has only integer powers";
                     e.report(Diagnostic::error(codes::E0401, call.span, message));
                     return None;
@@ -331,7 +334,7 @@ impl<'a> Elaborator<'a> {
                 e.require_finite(id, call.span)?;
                 return Some(ScalarValue::plain(id));
             };
-            let mut result = ScalarValue::int(e.graph.constant(1.0));
+            let mut result = ScalarValue::int(e.expressions.constant(1.0));
             for _ in 0..n.abs() as u32 {
                 let quantity = result.quantity.product(base.quantity);
                 let id = e.op(Op::Mul, &[result.id, base.id]);
@@ -342,7 +345,7 @@ impl<'a> Elaborator<'a> {
                 };
             }
             if n < 0.0 {
-                if e.graph.as_constant(result.id) == Some(0.0) {
+                if e.expressions.as_constant(result.id) == Some(0.0) {
                     e.report(Diagnostic::error(
                         codes::E0402,
                         call.span,
@@ -350,7 +353,7 @@ impl<'a> Elaborator<'a> {
                     ));
                     return None;
                 }
-                let one = e.graph.constant(1.0);
+                let one = e.expressions.constant(1.0);
                 let quantity = Quantity::Plain.quotient(result.quantity);
                 result = ScalarValue::new(e.op(Op::Div, &[one, result.id]), quantity);
             }
@@ -365,7 +368,7 @@ impl<'a> Elaborator<'a> {
             return Ok(Value::Poison);
         }
         Ok(self.componentwise(&call, |e, numbers| {
-            let (zero, one) = (e.graph.constant(0.0), e.graph.constant(1.0));
+            let (zero, one) = (e.expressions.constant(0.0), e.expressions.constant(1.0));
             Some(ScalarValue::plain(
                 e.op(Op::Clamp, &[numbers[0].id, zero, one]),
             ))
@@ -392,7 +395,7 @@ impl<'a> Elaborator<'a> {
             return Ok(Value::Poison);
         }
         Ok(self.componentwise(&call, |e, numbers| {
-            let factor = e.graph.constant(factor);
+            let factor = e.expressions.constant(factor);
             Some(ScalarValue::new(
                 e.op(Op::Mul, &[numbers[0].id, factor]),
                 quantity,
@@ -422,12 +425,13 @@ impl<'a> Elaborator<'a> {
         }
         Ok(self.componentwise(&call, |e, numbers| {
             let x = numbers[0].id;
-            let one = e.graph.constant(1.0);
+            let one = e.expressions.constant(1.0);
             let logarithm = match op {
                 Op::Tanh => {
                     let (above, below) = (e.op(Op::Add, &[one, x]), e.op(Op::Sub, &[one, x]));
                     let quotient = e.op(Op::Div, &[above, below]);
-                    let (half, logarithm) = (e.graph.constant(0.5), e.op(Op::Ln, &[quotient]));
+                    let (half, logarithm) =
+                        (e.expressions.constant(0.5), e.op(Op::Ln, &[quotient]));
                     e.op(Op::Mul, &[half, logarithm])
                 }
                 _ => {

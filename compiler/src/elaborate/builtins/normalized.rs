@@ -16,7 +16,7 @@ use crate::elaborate::value::{EvalResult, Value};
 use crate::expression::ExprId;
 use crate::formula::Formula;
 use crate::scene::{MaterialId, ShapeId, ShapeKind, children};
-use crate::symbolic::{Symbolic, simplified, with_graph};
+use crate::symbolic::{Symbolic, simplified, with_expressions};
 use quotient::{DistanceLimits, normalize, point_with_gradient, quotient};
 use sdfc_lang::{Diagnostic, Span, codes};
 use sdfc_vm::bounds::Bounds;
@@ -84,12 +84,12 @@ impl<'a> Elaborator<'a> {
         let result = match &kind {
             ShapeKind::Field { value, region, .. } => {
                 let (value, region) = (*value, *region);
-                self.normalize_field(value, region, shape.plane, call)?
+                self.normalize_field(value, region, shape.is_2d, call)?
             }
             _ if self.preserves_distance(&kind) => {
                 let outer = call.reach;
                 if let (ShapeKind::Frame { scale, .. }, Some(reach)) = (&kind, outer) {
-                    call.reach = Some(simplified(&mut self.graph, Op::Div, &[reach, *scale]));
+                    call.reach = Some(simplified(&mut self.expressions, Op::Div, &[reach, *scale]));
                 }
                 let operands = children(&kind).to_vec();
                 let operands: Result<Vec<ShapeId>, _> = operands
@@ -104,7 +104,7 @@ impl<'a> Elaborator<'a> {
                     {
                         *slot = child;
                     }
-                    self.add(kind, shape.plane, call.span)
+                    self.add(kind, shape.is_2d, call.span)
                 })?
             }
             _ => self.normalize_as_field(id, call)?,
@@ -122,14 +122,14 @@ impl<'a> Elaborator<'a> {
         let kind = &self.shapes[id.0 as usize].kind;
         let is_kind_distance = match kind {
             ShapeKind::Primitive { op, .. } => {
-                let exactness = op.row().meta.exactness;
+                let exactness = op.row().facts.exactness;
                 matches!(exactness, Exactness::Exact | Exactness::ExactOutside)
             }
             ShapeKind::Distance { op, .. } => {
-                let meta = &op.row().meta;
-                let is_solid = meta.category == Category::Dimension;
+                let facts = &op.row().facts;
+                let is_solid = facts.category == Category::Dimension;
                 matches!(op, Op::Offset | Op::Shell)
-                    || is_solid && meta.exactness == Exactness::Exact
+                    || is_solid && facts.exactness == Exactness::Exact
                     || self.preserves_distance(kind)
             }
             ShapeKind::Domain { op, .. } => {
@@ -166,7 +166,7 @@ impl<'a> Elaborator<'a> {
     /// Reports whether a frame is a similarity with factor 1 / `scale`, as far as constants prove
     /// it.
     fn is_similarity(&self, matrix: &[ExprId; 12], scale: ExprId) -> bool {
-        let number = |id: ExprId| self.graph.as_constant(id);
+        let number = |id: ExprId| self.expressions.as_constant(id);
         let Some(scale) = number(scale) else {
             return false;
         };
@@ -191,13 +191,13 @@ impl<'a> Elaborator<'a> {
         &mut self,
         value: ExprId,
         region: Bounds,
-        plane: bool,
+        is_2d: bool,
         call: &FunctionCall,
     ) -> Result<ShapeId, Box<Diagnostic>> {
         let mut formula = Formula::default();
-        formula.read(&self.graph, value);
+        formula.read(&self.expressions, value);
         let limits = self.distance_limits(&region, call);
-        let result = with_graph(&mut self.graph, || normalize(&formula, value, limits));
+        let result = with_expressions(&mut self.expressions, || normalize(&formula, value, limits));
         let value = result
             .map_err(|message| unsupported_diagnostic(message, call.span))?
             .0;
@@ -206,7 +206,7 @@ impl<'a> Elaborator<'a> {
             slope: None,
             region,
         };
-        Ok(self.add(kind, plane, call.span))
+        Ok(self.add(kind, is_2d, call.span))
     }
 
     /// Distance limits of a field that is solid within a box: inside, at most half of the diagonal.
@@ -214,7 +214,7 @@ impl<'a> Elaborator<'a> {
         let reach = call.reach.map(Symbolic);
         let max_depth = solid.half_diagonal();
         let inside = (max_depth.is_finite() && max_depth > 0.0)
-            .then(|| Symbolic(self.graph.constant(max_depth)));
+            .then(|| Symbolic(self.expressions.constant(max_depth)));
         DistanceLimits {
             outside: reach,
             inside: reach.or(inside),
@@ -228,13 +228,13 @@ impl<'a> Elaborator<'a> {
         call: &FunctionCall,
     ) -> Result<ShapeId, Box<Diagnostic>> {
         let material = self.single_material(id, call.span)?;
-        let plane = self.shapes[id.0 as usize].plane;
+        let is_2d = self.shapes[id.0 as usize].is_2d;
         let region = self.bounds_of(id);
         let mut formula = Formula::default();
-        formula.read_shape(&self.graph, &self.shapes, id);
+        formula.read_shape(&self.expressions, &self.shapes, id);
         let limits = self.distance_limits(&region, call);
         let shapes = &self.shapes;
-        let result = with_graph(&mut self.graph, || {
+        let result = with_expressions(&mut self.expressions, || {
             let value = formula.shape(shapes, id, point_with_gradient())?;
             Ok(quotient(value, limits))
         });
@@ -246,11 +246,11 @@ impl<'a> Elaborator<'a> {
             slope: None,
             region,
         };
-        let field = self.add(kind, plane, call.span);
+        let field = self.add(kind, is_2d, call.span);
         Ok(match material {
             Some(material) => {
                 let child = field;
-                self.add(ShapeKind::Painted { child, material }, plane, call.span)
+                self.add(ShapeKind::Painted { child, material }, is_2d, call.span)
             }
             None => field,
         })

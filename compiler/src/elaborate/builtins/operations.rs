@@ -13,7 +13,7 @@ impl<'a> Elaborator<'a> {
     /// Evaluates a call of an operation of the table: a shape, or a modification of one.
     pub(crate) fn row(&mut self, op: Op, bound: &BoundArgs<'a>) -> Value<'a> {
         let row = op.row();
-        let is_shape = matches!(row.meta.category, Category::Shape3 | Category::Shape2);
+        let is_shape = matches!(row.facts.category, Category::Shape3 | Category::Shape2);
         let first = usize::from(!is_shape);
         let arguments = &bound.arguments[first..];
         if self.has_equal_ends(op, arguments.iter().map(|a| a.numbers.as_slice())) {
@@ -27,7 +27,7 @@ impl<'a> Elaborator<'a> {
             .flat_map(|a| a.numbers.iter().copied())
             .collect();
         let parameters = self.prepare_parameters(op, &numbers);
-        let id = match row.meta.category {
+        let id = match row.facts.category {
             Category::Shape3 => {
                 let id = self.add(ShapeKind::Primitive { op, parameters }, false, bound.span);
                 if has_axis(op) {
@@ -39,28 +39,28 @@ impl<'a> Elaborator<'a> {
             Category::Shape2 => self.add(ShapeKind::Primitive { op, parameters }, true, bound.span),
             Category::Domain => {
                 let child = bound.shape(0);
-                let plane = self.shapes[child.0 as usize].plane;
+                let is_2d = self.shapes[child.0 as usize].is_2d;
                 self.add(
                     ShapeKind::Domain {
                         op,
                         child,
                         parameters,
                     },
-                    plane,
+                    is_2d,
                     bound.span,
                 )
             }
             Category::Dimension | Category::Distance => {
                 let child = bound.shape(0);
-                let plane =
-                    self.shapes[child.0 as usize].plane && row.meta.category == Category::Distance;
+                let is_2d =
+                    self.shapes[child.0 as usize].is_2d && row.facts.category == Category::Distance;
                 self.add(
                     ShapeKind::Distance {
                         op,
                         child,
                         parameters,
                     },
-                    plane,
+                    is_2d,
                     bound.span,
                 )
             }
@@ -73,7 +73,7 @@ impl<'a> Elaborator<'a> {
 
     /// Reports whether the end points `from` and `to` are equal.
     fn has_equal_ends<'n>(&self, op: Op, arguments: impl Iterator<Item = &'n [ExprId]>) -> bool {
-        let Some(language) = &op.row().meta.language else {
+        let Some(language) = &op.row().facts.language else {
             return false;
         };
         let mut ends = language
@@ -92,10 +92,10 @@ impl<'a> Elaborator<'a> {
 /// Reports whether a solid of the table has an axis of its own, which is aligned with the up axis.
 /// Solids with vector arguments take their directions from these.
 fn has_axis(op: Op) -> bool {
-    let meta = &op.row().meta;
+    let facts = &op.row().facts;
     let is_vector = |kind: ArgumentKind| kind.width() == 3;
-    let has_direction_arguments = meta
+    let has_direction_arguments = facts
         .language
         .is_some_and(|language| language.arguments.iter().any(|a| is_vector(a.kind)));
-    !meta.has_equal_axes && !has_direction_arguments
+    !facts.has_equal_axes && !has_direction_arguments
 }

@@ -25,9 +25,9 @@ impl<'a> Elaborator<'a> {
         let axes = bound.vector(1);
         let what = "the plane of a mirror";
         let offset = Symbolic(bound.number(2));
-        let constants = axes.map(|id| self.graph.as_constant(id));
+        let constants = axes.map(|id| self.expressions.as_constant(id));
         let flags = constants.map(|c| c.is_some_and(|c| c == 0.0 || c == 1.0));
-        let is_at_origin = self.graph.as_constant(bound.number(2)) == Some(0.0);
+        let is_at_origin = self.expressions.as_constant(bound.number(2)) == Some(0.0);
         if constants.iter().all(|c| *c == Some(0.0)) {
             let message = format!("{what} is the zero vector, which has no direction");
             self.report(Diagnostic::error(codes::E0405, bound.span_at(1), message));
@@ -45,7 +45,7 @@ impl<'a> Elaborator<'a> {
         };
         let normal = [normal[0], normal[1], normal[2]].map(Symbolic);
         // The reflection that swaps the normal and the x axis is its own inverse.
-        let constant_normal = normal.map(|n| self.graph.as_constant(n.0));
+        let constant_normal = normal.map(|n| self.expressions.as_constant(n.0));
         let is_x = constant_normal == [Some(1.0), Some(0.0), Some(0.0)];
         let swap = move || -> Affine<Symbolic> {
             if is_x {
@@ -64,7 +64,10 @@ impl<'a> Elaborator<'a> {
             (to_plane, lit(1.0))
         });
         self.warn_hidden_by_mirror(&bound, inner, 0);
-        let (i, zero) = (self.graph.constant(1.0), self.graph.constant(0.0));
+        let (i, zero) = (
+            self.expressions.constant(1.0),
+            self.expressions.constant(0.0),
+        );
         let add_mirror = self.add_mirror(inner, [i, zero, zero], span);
         let id = self.add_frame(add_mirror, span, || {
             (affine::compose(&shift(offset), &swap()), lit(1.0))
@@ -99,7 +102,7 @@ impl<'a> Elaborator<'a> {
         if self.is_nothing(child) {
             return child;
         }
-        let plane = self.shapes[child.0 as usize].plane;
+        let is_2d = self.shapes[child.0 as usize].is_2d;
         let parameters = self.prepare_parameters(Op::Mirror, &axes);
         self.add(
             ShapeKind::Domain {
@@ -107,7 +110,7 @@ impl<'a> Elaborator<'a> {
                 child,
                 parameters,
             },
-            plane,
+            is_2d,
             span,
         )
     }
@@ -141,7 +144,8 @@ impl<'a> Elaborator<'a> {
         let centred = self.add_translation(child, centre.map(|v| -v), span);
         let mut others = [NeighbourCells::default(); 3];
         for axis in (0..3).filter(|&axis| steps[axis] != 0.0) {
-            let single = |counts: [ExprId; 3]| self.graph.as_constant(counts[axis]) == Some(1.0);
+            let single =
+                |counts: [ExprId; 3]| self.expressions.as_constant(counts[axis]) == Some(1.0);
             if counts.is_some_and(single) {
                 continue;
             }
@@ -153,7 +157,7 @@ impl<'a> Elaborator<'a> {
             let extent = extent.fold(0.0, f64::max);
             let symmetries = Symmetries {
                 shapes: &self.shapes,
-                expressions: &self.graph,
+                expressions: &self.expressions,
             };
             let is_even = symmetries.is_mirror_symmetric(centred, axis, 0.0);
             match other_cells(extent, is_even) {
@@ -174,7 +178,7 @@ impl<'a> Elaborator<'a> {
             self.report(Diagnostic::error(codes::E0411, bound.span_at(1), message).help(help));
             return Ok(Value::Poison);
         }
-        let plane = self.shapes[child.0 as usize].plane;
+        let is_2d = self.shapes[child.0 as usize].is_2d;
         let (op, arguments) = match counts {
             Some(counts) => (Op::RepeatLimited, [spacing, counts].concat()),
             None => (Op::Repeat, spacing.to_vec()),
@@ -186,7 +190,7 @@ impl<'a> Elaborator<'a> {
             parameters,
             others,
         };
-        let repeated = self.add(repeated, plane, span);
+        let repeated = self.add(repeated, is_2d, span);
         Ok(Value::Shape(self.add_translation(repeated, centre, span)))
     }
 
@@ -228,8 +232,8 @@ impl<'a> Elaborator<'a> {
         if self.is_nothing(child) {
             return Ok(Value::Shape(child));
         }
-        let plane = self.shapes[child.0 as usize].plane;
-        let child = if plane {
+        let is_2d = self.shapes[child.0 as usize].is_2d;
+        let child = if is_2d {
             child
         } else {
             self.rotated_to_y_up(child, span)
@@ -237,7 +241,7 @@ impl<'a> Elaborator<'a> {
         // The first sector contains the original shape.
         let bounds = self.bounds_of(child);
         let centre = bounds.centre();
-        let lateral = if plane { centre[1] } else { centre[2] };
+        let lateral = if is_2d { centre[1] } else { centre[2] };
         let direction = lateral.atan2(centre[0]);
         let direction = if !bounds.is_empty() && direction.is_finite() {
             direction
@@ -245,8 +249,8 @@ impl<'a> Elaborator<'a> {
             0.0
         };
         let others = self.other_sectors(child, bound.number(1), direction);
-        let direction = self.graph.constant(direction);
-        let op = if plane { Op::PolarPlane } else { Op::Polar };
+        let direction = self.expressions.constant(direction);
+        let op = if is_2d { Op::PolarPlane } else { Op::Polar };
         let parameters = self.prepare_parameters(op, &[bound.number(1), direction]);
         let kind = ShapeKind::Polar {
             op,
@@ -254,8 +258,8 @@ impl<'a> Elaborator<'a> {
             parameters,
             others,
         };
-        let copies = self.add(kind, plane, bound.span);
-        let copies = if plane {
+        let copies = self.add(kind, is_2d, bound.span);
+        let copies = if is_2d {
             copies
         } else {
             self.rotated_to_scene_up(copies, span)
@@ -270,15 +274,15 @@ impl<'a> Elaborator<'a> {
     /// sector. `direction` is that of the shape, an angle in radians.
     fn other_sectors(&mut self, child: ShapeId, count: ExprId, direction: f64) -> NeighbourCells {
         let count = self.current_value(count);
-        let plane = self.shapes[child.0 as usize].plane;
+        let is_2d = self.shapes[child.0 as usize].is_2d;
         let symmetries = Symmetries {
             shapes: &self.shapes,
-            expressions: &self.graph,
+            expressions: &self.expressions,
         };
         if symmetries.is_round(child) {
             return NeighbourCells::default();
         }
-        let (lateral_axis, radial_axis) = if plane { (1, 0) } else { (2, 0) };
+        let (lateral_axis, radial_axis) = if is_2d { (1, 0) } else { (2, 0) };
         // The symmetry is tested only if the middle plane of the sector is a coordinate plane of
         // the frame.
         let is_even = if direction == 0.0 {
@@ -327,7 +331,7 @@ impl<'a> Elaborator<'a> {
         }
         let symmetries = Symmetries {
             shapes: &self.shapes,
-            expressions: &self.graph,
+            expressions: &self.expressions,
         };
         if on_axis && symmetries.is_round(id) {
             return Vec::new();

@@ -18,7 +18,7 @@ impl<'a> Elaborator<'a> {
         if self.is_nothing(child) {
             return Ok(Value::Shape(child));
         }
-        let plane = self.shapes[child.0 as usize].plane;
+        let is_2d = self.shapes[child.0 as usize].is_2d;
         let lengths = bound.vector(1);
         let parameters = self.prepare_parameters(Op::Elongate, &lengths);
         let kind = ShapeKind::Domain {
@@ -26,7 +26,7 @@ impl<'a> Elaborator<'a> {
             child,
             parameters,
         };
-        let stretched = self.add(kind, plane, span);
+        let stretched = self.add(kind, is_2d, span);
         let parameters = self.prepare_parameters(Op::ElongateCorrect, &lengths);
         let op = Op::ElongateCorrect;
         let kind = ShapeKind::Distance {
@@ -34,7 +34,7 @@ impl<'a> Elaborator<'a> {
             child: stretched,
             parameters,
         };
-        Ok(Value::Shape(self.add(kind, plane, span)))
+        Ok(Value::Shape(self.add(kind, is_2d, span)))
     }
 
     /// `twist(shape, rate)` and `bend(shape, rate)`, about axes that depend on the up axis.
@@ -69,7 +69,7 @@ impl<'a> Elaborator<'a> {
         let is_full = match angle {
             None => true,
             Some(angle) => self
-                .graph
+                .expressions
                 .as_constant(angle)
                 .is_some_and(|a| a >= std::f64::consts::TAU - 1e-9),
         };
@@ -122,9 +122,8 @@ impl<'a> Elaborator<'a> {
         Ok(Value::Shape(self.rotated_to_scene_up(revolved, span)))
     }
 
-    /// `section(solid, normal, at)`: the 2-D shape of a solid in a plane. For a normal along an
-    /// axis, its x and y are the other two axes in their order; for any other normal, they lie in
-    /// the plane.
+    /// `section(solid, normal, at)`: the 2-D shape of a solid in a plane. For a normal along an axis, its x
+    /// and y are the other two axes in their order. For any other normal, they lie in the plane.
     pub(crate) fn section(&mut self, bound: BoundArgs<'a>) -> EvalResult<'a> {
         let (child, span) = (bound.shape(0), bound.span);
         if self.is_nothing(child) {
@@ -132,7 +131,7 @@ impl<'a> Elaborator<'a> {
         }
         let normal = bound.vector(1);
         let offset = Symbolic(bound.number(2));
-        let constant_normal = normal.map(|id| self.graph.as_constant(id));
+        let constant_normal = normal.map(|id| self.expressions.as_constant(id));
         let is_z = constant_normal == [Some(0.0), Some(0.0), Some(1.0)];
         let normal = normal.map(Symbolic);
         let rotated = self.add_frame(child, span, || {
@@ -175,13 +174,13 @@ impl<'a> Elaborator<'a> {
             *id = self.op(Op::Neg, &[*id]);
         }
         let parameters = self.prepare_parameters(Op::Plane, &arguments);
-        let plane = self.shapes[child.0 as usize].plane;
+        let is_2d = self.shapes[child.0 as usize].is_2d;
         let half_space = self.add(
             ShapeKind::Primitive {
                 op: Op::Plane,
                 parameters,
             },
-            plane,
+            is_2d,
             span,
         );
         let intersection =

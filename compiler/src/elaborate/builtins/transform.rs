@@ -9,7 +9,7 @@ use crate::elaborate::numbers::{Form, components};
 use crate::elaborate::value::{EvalResult, Quantity, ScalarValue, Value};
 use crate::expression::{ExprId, Stage};
 use crate::scene::{MaterialId, ShapeId, ShapeKind};
-use crate::symbolic::{Symbolic, simplified, with_graph};
+use crate::symbolic::{Symbolic, simplified, with_expressions};
 use sdfc_lang::{Diagnostic, Span, codes};
 use sdfc_vm::ops::affine::{self, Affine};
 use sdfc_vm::real::{Real, lit};
@@ -26,26 +26,26 @@ impl<'a> Elaborator<'a> {
         if self.is_nothing(child) {
             return child;
         }
-        let (matrix, scale) = with_graph(&mut self.graph, || {
+        let (matrix, scale) = with_expressions(&mut self.expressions, || {
             let (matrix, scale) = matrix();
             (matrix.map(|number| number.0), scale.0)
         });
-        let is_identity = self.graph.as_constant(scale) == Some(1.0)
+        let is_identity = self.expressions.as_constant(scale) == Some(1.0)
             && matrix.iter().enumerate().all(|(index, &id)| {
                 let expected = if index / 4 == index % 4 { 1.0 } else { 0.0 };
-                self.graph.as_constant(id) == Some(expected)
+                self.expressions.as_constant(id) == Some(expected)
             });
         if is_identity {
             return child;
         }
-        let plane = self.shapes[child.0 as usize].plane;
+        let is_2d = self.shapes[child.0 as usize].is_2d;
         self.add(
             ShapeKind::Frame {
                 child,
                 matrix,
                 scale,
             },
-            plane,
+            is_2d,
             span,
         )
     }
@@ -87,12 +87,12 @@ impl<'a> Elaborator<'a> {
     pub(crate) fn scale(&mut self, bound: BoundArgs<'a>) -> EvalResult<'a> {
         let ids = bound.vector(1);
         let factors = ids.map(Symbolic);
-        let is_even = if bound.flat {
+        let is_even = if bound.is_2d {
             ids[0] == ids[1]
         } else {
             ids[0] == ids[1] && ids[1] == ids[2]
         };
-        let flat = bound.flat;
+        let is_2d = bound.is_2d;
         if !is_even && let Some(id) = self.scale_sphere(bound.shape(0), ids, bound.span) {
             return Ok(Value::Shape(id));
         }
@@ -100,7 +100,7 @@ impl<'a> Elaborator<'a> {
             let [x, y, z] = factors;
             let min_factor = if is_even {
                 x.abs()
-            } else if flat {
+            } else if is_2d {
                 x.abs().min(y.abs())
             } else {
                 x.abs().min(y.abs()).min(z.abs())
@@ -138,8 +138,8 @@ impl<'a> Elaborator<'a> {
             _ => return None,
         };
         let radii: [ExprId; 3] = std::array::from_fn(|axis| {
-            let factor = simplified(&mut self.graph, Op::Abs, &[factors[axis]]);
-            simplified(&mut self.graph, Op::Mul, &[radii[axis], factor])
+            let factor = simplified(&mut self.expressions, Op::Abs, &[factors[axis]]);
+            simplified(&mut self.expressions, Op::Mul, &[radii[axis], factor])
         });
         let op = Op::Ellipsoid;
         let parameters = self.prepare_parameters(op, &radii);
@@ -153,7 +153,7 @@ impl<'a> Elaborator<'a> {
         let channels = numbers.iter().chain(&material.bump);
         channels
             .into_iter()
-            .all(|&id| self.graph.stage(id) <= Stage::Uniform)
+            .all(|&id| self.expressions.stage(id) <= Stage::Uniform)
     }
 
     /// `rotate(shape, angle, axis)` or `rotate(shape, [about x, about y, about z])`
@@ -165,7 +165,7 @@ impl<'a> Elaborator<'a> {
         };
         for number in &numbers[..form.len()] {
             // A zero in a vector of angles needs no unit.
-            let is_zero = self.graph.as_constant(number.id) == Some(0.0);
+            let is_zero = self.expressions.as_constant(number.id) == Some(0.0);
             if form != Form::Scalar && is_zero {
                 continue;
             }
@@ -176,11 +176,11 @@ impl<'a> Elaborator<'a> {
                 return Ok(Value::Poison);
             }
         }
-        let flat = self.shapes[child.0 as usize].plane;
+        let is_2d = self.shapes[child.0 as usize].is_2d;
         let [a, b, c, _] = numbers.map(|number| number.id);
         let rotated = match form {
             Form::Scalar => {
-                if flat && bound.is_given(2) {
+                if is_2d && bound.is_given(2) {
                     let message = "a 2D shape turns in its plane and has no axis";
                     let diagnostic = Diagnostic::error(codes::E0304, bound.span_at(2), message);
                     self.report(diagnostic.help("`extrude` it first"));
@@ -191,7 +191,7 @@ impl<'a> Elaborator<'a> {
                     false => self.rotated_about_up(child, a, bound.span),
                 }
             }
-            Form::Vector(3) if !flat => {
+            Form::Vector(3) if !is_2d => {
                 let mut rotated = child;
                 for (axis_index, angle) in [a, b, c].into_iter().enumerate() {
                     let axis = self.axis(axis_index);
@@ -234,7 +234,7 @@ impl<'a> Elaborator<'a> {
                 return None;
             }
         }
-        let stage = self.graph.stage(number.id);
+        let stage = self.expressions.stage(number.id);
         if stage > Stage::Uniform {
             self.report_too_late("an angle", stage, span);
             return None;
@@ -249,14 +249,17 @@ impl<'a> Elaborator<'a> {
         angle: ExprId,
         span: Span,
     ) -> ShapeId {
-        let is_flat = self.shapes[child.0 as usize].plane;
-        let axis = self.axis(if is_flat { 2 } else { self.up() });
+        let is_2d = self.shapes[child.0 as usize].is_2d;
+        let axis = self.axis(if is_2d { 2 } else { self.up() });
         self.add_rotation(child, angle, axis, span)
     }
 
     /// Returns the direction of a coordinate axis.
     fn axis(&mut self, axis_index: usize) -> [ExprId; 3] {
-        [0, 1, 2].map(|i| self.graph.constant(if i == axis_index { 1.0 } else { 0.0 }))
+        [0, 1, 2].map(|i| {
+            self.expressions
+                .constant(if i == axis_index { 1.0 } else { 0.0 })
+        })
     }
 
     /// Rotates a shape about an axis of length 1.
@@ -267,7 +270,7 @@ impl<'a> Elaborator<'a> {
         axis: [ExprId; 3],
         span: Span,
     ) -> ShapeId {
-        let constants = axis.map(|id| self.graph.as_constant(id));
+        let constants = axis.map(|id| self.expressions.as_constant(id));
         let axis_index = (0..3).find(|&i| {
             (0..3).all(|j| {
                 constants[j].is_some_and(|v| if i == j { v.abs() == 1.0 } else { v == 0.0 })
@@ -276,7 +279,7 @@ impl<'a> Elaborator<'a> {
         // About a coordinate axis, quarter turns are exact and most factors are zero.
         if let Some(axis_index) = axis_index {
             let negative = constants[axis_index] == Some(-1.0);
-            let constant_angle = self.graph.as_constant(angle);
+            let constant_angle = self.expressions.as_constant(angle);
             return self.add_frame(child, span, || {
                 let (c, s) = match constant_angle {
                     Some(angle) => {
@@ -306,7 +309,7 @@ impl<'a> Elaborator<'a> {
         let ids = numbers.map(|number| number.id);
         let what = "the quaternion";
         for id in ids {
-            let stage = self.graph.stage(id);
+            let stage = self.expressions.stage(id);
             if stage > Stage::Uniform {
                 self.report_too_late(what, stage, span);
                 return Ok(Value::Poison);

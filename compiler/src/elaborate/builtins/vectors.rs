@@ -43,7 +43,10 @@ impl<'a> Elaborator<'a> {
             });
         }
         let quantity = a[0].quantity.product(b[0].quantity);
-        ScalarValue::new(sum.unwrap_or_else(|| self.graph.constant(0.0)), quantity)
+        ScalarValue::new(
+            sum.unwrap_or_else(|| self.expressions.constant(0.0)),
+            quantity,
+        )
     }
 
     /// `dot(a, b)`
@@ -89,7 +92,7 @@ impl<'a> Elaborator<'a> {
             return Ok(Value::Poison);
         };
         let norm = self.norm(form.len(), &args[0]);
-        if self.graph.as_constant(norm.id) == Some(0.0) {
+        if self.expressions.as_constant(norm.id) == Some(0.0) {
             let message = "the zero vector has no direction";
             self.report(Diagnostic::error(codes::E0405, call.span, message));
             return Ok(Value::Poison);
@@ -158,7 +161,7 @@ impl<'a> Elaborator<'a> {
             return Ok(Value::Poison);
         };
         let projection = self.dot_product(form.len(), &args[0], &args[1]);
-        let constant_two = self.graph.constant(2.0);
+        let constant_two = self.expressions.constant(2.0);
         let twice = self.op(Op::Mul, &[constant_two, projection.id]);
         let mut result = args[0];
         for (component, normal) in result.iter_mut().zip(args[1]) {
@@ -193,18 +196,18 @@ impl<'a> Elaborator<'a> {
         };
         let (mut hue, saturation, value) = (args[0][0], args[1][0].id, args[2][0].id);
         if hue.quantity == Quantity::Angle {
-            let turn = self.graph.constant(std::f64::consts::TAU);
+            let turn = self.expressions.constant(std::f64::consts::TAU);
             hue.id = self.op(Op::Div, &[hue.id, turn]);
         }
         // Each channel is a trapezoid function of the hue, offset by a third of a turn.
         let channels = [0.0, 2.0 / 3.0, 1.0 / 3.0].map(|shift| {
-            let mut c = |v: f64| self.graph.constant(v);
+            let mut c = |v: f64| self.expressions.constant(v);
             let (shift, one, three, six, zero) = (c(shift), c(1.0), c(3.0), c(6.0), c(0.0));
             let shifted_hue = self.op(Op::Add, &[hue.id, shift]);
             let fraction = self.op(Op::Fract, &[shifted_hue]);
             let scaled = self.op(Op::Mul, &[fraction, six]);
-            let centered = self.op(Op::Sub, &[scaled, three]);
-            let distance = self.op(Op::Abs, &[centered]);
+            let centred = self.op(Op::Sub, &[scaled, three]);
+            let distance = self.op(Op::Abs, &[centred]);
             let ramp = self.op(Op::Sub, &[distance, one]);
             let pure = self.op(Op::Clamp, &[ramp, zero, one]);
             let mixed = self.op(Op::Mix, &[one, pure, saturation]);
@@ -216,12 +219,12 @@ impl<'a> Elaborator<'a> {
 
     /// Decodes an sRGB value to linear light.
     fn decode_srgb(&mut self, screen: ExprId) -> ExprId {
-        if let Some(value) = self.graph.as_constant(screen) {
+        if let Some(value) = self.expressions.as_constant(screen) {
             return self
-                .graph
+                .expressions
                 .constant(crate::elaborate::numbers::linear(value));
         }
-        let mut c = |v: f64| self.graph.constant(v);
+        let mut c = |v: f64| self.expressions.constant(v);
         let (edge, slope, shift, scale, gamma) = (c(0.04045), c(12.92), c(0.055), c(1.055), c(2.4));
         let low = self.op(Op::Div, &[screen, slope]);
         let shifted = self.op(Op::Add, &[screen, shift]);

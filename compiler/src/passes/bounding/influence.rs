@@ -170,7 +170,7 @@ impl<'g> InfluenceBoxes<'g> {
                 if *op == Op::PolygonEdge {
                     return self.polygon_volume(id);
                 }
-                match op.row().meta.category {
+                match op.row().facts.category {
                     Category::Shape3 | Category::Shape2 => shape_volume(*op, (*point)?, &numbers),
                     Category::Combine => self.combined_volume(*op, values, parameters, &numbers),
                     Category::Math => self.arithmetic_volume(*op, values),
@@ -197,8 +197,8 @@ impl<'g> InfluenceBoxes<'g> {
         numbers: &[f64],
     ) -> Option<NodeInfluenceBox> {
         let [a, b] = values[..] else { return None };
-        let meta = &op.row().meta;
-        match (meta.bounds, meta.blend) {
+        let facts = &op.row().facts;
+        match (facts.bounds, facts.blend) {
             // At least the smaller operand, less the amount that the blend adds.
             (BoundsRule::Hull, _) => self.hull(a, b),
             (BoundsRule::HullGrown(_), Some(blend)) => {
@@ -300,7 +300,7 @@ impl<'g> InfluenceBoxes<'g> {
             Op::Bounded => NodeInfluenceBox::new(point?, bounds_by_rule(op, numbers)?, 1.0),
             Op::Extrude | Op::RoundedExtrude => {
                 let plane = inner().filter(|plane| Some(plane.space) == point)?;
-                let BoundsRule::Map(rule) = op.row().meta.bounds else {
+                let BoundsRule::Map(rule) = op.row().facts.bounds else {
                     return None;
                 };
                 let (bounds, distance_ratio) =
@@ -335,7 +335,7 @@ impl<'g> InfluenceBoxes<'g> {
                     }
                     start = Some([ax, ay]);
                     end.get_or_insert([bx, by]);
-                    let BoundsRule::Map(rule) = op.row().meta.bounds else {
+                    let BoundsRule::Map(rule) = op.row().facts.bounds else {
                         return None;
                     };
                     bounds = rule(&numbers, &bounds);
@@ -433,7 +433,7 @@ impl<'g> InfluenceBoxes<'g> {
                 parameters,
                 ..
             } if moves_points(*op) => {
-                let BoundsRule::Map(rule) = op.row().meta.bounds else {
+                let BoundsRule::Map(rule) = op.row().facts.bounds else {
                     return None;
                 };
                 (
@@ -484,18 +484,18 @@ impl<'g> InfluenceBoxes<'g> {
 
 /// Returns the box of an operation that does not depend on an operand's box.
 fn bounds_by_rule(op: Op, numbers: &[f64]) -> Option<Bounds> {
-    match op.row().meta.bounds {
+    match op.row().facts.bounds {
         BoundsRule::Map(rule) => Some(rule(numbers, &Bounds::ALL_SPACE)),
         rule => rule.shape_bounds(numbers),
     }
 }
 
 fn shape_volume(op: Op, point: NodeId, numbers: &[f64]) -> Option<NodeInfluenceBox> {
-    match op.row().meta.exactness {
+    match op.row().facts.exactness {
         Exactness::Exact | Exactness::ExactOutside => {
             NodeInfluenceBox::new(point, bounds_by_rule(op, numbers)?, 1.0)
         }
-        Exactness::Bound | Exactness::Field => None,
+        Exactness::Bound | Exactness::Unknown => None,
     }
 }
 

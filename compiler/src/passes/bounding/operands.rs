@@ -191,7 +191,7 @@ fn union_blend(node: &GraphNode) -> Option<(Op, Blend, &[GraphNumber])> {
     let GraphNode::Apply { op, parameters, .. } = node else {
         return None;
     };
-    let blend = op.row().meta.blend?;
+    let blend = op.row().facts.blend?;
     (blend.sign > 0.0 || blend.negate_second).then_some((*op, blend, parameters))
 }
 
@@ -201,7 +201,7 @@ fn node_work(node: &GraphNode) -> f64 {
         GraphNode::World | GraphNode::Constant(_) => 0.0,
         GraphNode::Moved { .. } => 0.1,
         GraphNode::Mapped { .. } => 0.3,
-        GraphNode::Apply { op, .. } => match op.row().meta.category {
+        GraphNode::Apply { op, .. } => match op.row().facts.category {
             Category::Combine => 0.3,
             Category::Math => match op {
                 Op::Noise | Op::NoiseOctave | Op::RidgeOctave => 6.0,

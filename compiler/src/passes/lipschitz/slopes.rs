@@ -2,7 +2,7 @@
 //! and infinity where there is no rule.
 
 use crate::graph::{Graph, GraphNode, GraphNumber, NodeId, constants};
-use sdfc_vm::row::{Category, Slope};
+use sdfc_vm::row::{Category, SlopeRule};
 use sdfc_vm::table::Op;
 
 /// Slopes of the nodes so far. For points, their stretch.
@@ -68,20 +68,20 @@ impl GraphSlopes {
         numbers: &[f64],
     ) -> f64 {
         let slopes: Vec<f64> = values.iter().map(|&value| self.get(value)).collect();
-        let meta = &op.row().meta;
+        let facts = &op.row().facts;
         let constant = |id: NodeId| match graph.get(id) {
             GraphNode::Constant(GraphNumber::Constant(v)) => Some(f64::from(*v)),
             _ => None,
         };
-        match meta.slope {
-            Slope::Unbounded => match (op, values) {
+        match facts.slope {
+            SlopeRule::Unbounded => match (op, values) {
                 (Op::Mul, &[a, b]) => match (constant(a), constant(b)) {
                     (Some(factor), _) => factor.abs() * self.get(b),
                     (_, Some(factor)) => factor.abs() * self.get(a),
                     _ => f64::INFINITY,
                 },
                 // Arithmetic of constants.
-                _ if meta.category == Category::Math
+                _ if facts.category == Category::Math
                     && point_stretch == 0.0
                     && slopes.iter().all(|&slope| slope == 0.0) =>
                 {

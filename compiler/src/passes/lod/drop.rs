@@ -129,7 +129,7 @@ impl DropSelector<'_> {
                     self.consider_change(id, 1, values[1], amount);
                 }
             }
-            _ if op.row().meta.blend.is_some() && !self.runs.is_interior(id) => {
+            _ if op.row().facts.blend.is_some() && !self.runs.is_interior(id) => {
                 self.consider_run(id);
             }
             _ => {}
@@ -175,7 +175,7 @@ impl DropSelector<'_> {
         };
         let Some(blend) = op
             .row()
-            .meta
+            .facts
             .blend
             .filter(|b| b.kernel != BlendKernel::Hard)
         else {
@@ -224,7 +224,7 @@ impl DropSelector<'_> {
                 gain = gain.max(1.0 / distance_ratio);
             }
         }
-        let footprint = self.target.footprint(distance);
-        (footprint > 0.0).then(|| change * gain / footprint)
+        let pixel_size = self.target.pixel_size(distance);
+        (pixel_size > 0.0).then(|| change * gain / pixel_size)
     }
 }

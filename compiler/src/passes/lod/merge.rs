@@ -1,10 +1,10 @@
 //! Replaces operands of a union by a box, where together they differ from the box around them by about
 //! a pixel at most.
 //!
-//! Each point of the box is within the error of what it replaces. So outside of it their values differ
-//! by at most that, where they change no faster than the point moves. Inside, the box is deeper than
-//! what it replaces, so subtracted operands are never replaced. Operands of a hard union are merged
-//! wherever they are in it: the set is cut along its longest side until the parts fit a box.
+//! Each point of the box is within the error of what it replaces. So outside of it their values differ by at
+//! most that, where they change no faster than the point moves. Inside, the box is deeper than what it
+//! replaces, so subtracted operands are never replaced. Operands of a hard union are merged wherever they are
+//! in it. The set is cut along its longest side until the parts fit a box.
 
 use super::probe::box_slack;
 use super::sensitivity::{BlendRuns, Sensitivity, sensitivities};
@@ -299,10 +299,10 @@ impl Merger<'_> {
 
     /// Returns a length in pixels at a box, or at the nearest point to the camera within its band.
     fn in_pixels(&self, length: f64, bounds: &Bounds, influence_band: f64) -> f64 {
-        let footprint =
-            (self.target).footprint(self.target.distance(&bounds.grown(influence_band)));
-        match footprint > 0.0 {
-            true => length / footprint,
+        let pixel_size =
+            (self.target).pixel_size(self.target.distance(&bounds.grown(influence_band)));
+        match pixel_size > 0.0 {
+            true => length / pixel_size,
             false => f64::INFINITY,
         }
     }

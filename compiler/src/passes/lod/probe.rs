@@ -13,8 +13,8 @@ const MAX_SAMPLED_NODES: usize = 512;
 /// Number of sample points along each axis; odd, so that the centre is one of them.
 const SAMPLES_PER_AXIS: usize = 5;
 
-/// Returns a bound on the distance of the points of a box from the shape inside it; `None` if no sample
-/// is inside, if the shape has too many nodes, or if it cannot be evaluated.
+/// Returns a bound on the distance of the points of a box from the shape inside it. `None` if no sample is
+/// inside, if the shape has too many nodes, or if it cannot be evaluated.
 ///
 /// A value of −r that changes no faster than the point moves has a sphere of radius r around its point that
 /// is inside. The farthest corner is as far from that sphere as from its centre, less r.

@@ -104,7 +104,7 @@ fn input_sensitivity(
         } => (*op, parameters, values),
         _ => return Sensitivity::UNKNOWN,
     };
-    if let Some(blend) = op.row().meta.blend {
+    if let Some(blend) = op.row().facts.blend {
         let Some((support, thickness)) = blend_width(op, parameters) else {
             return Sensitivity::UNKNOWN;
         };
@@ -179,7 +179,7 @@ pub(super) fn magnitude(range: Interval) -> f64 {
 /// Returns the difference of operands from which on a blend is hard, and the maximum amount that it
 /// adds. `None` for a blend without end, or one that depends on a parameter.
 pub(super) fn blend_width(op: Op, parameters: &[GraphNumber]) -> Option<(f64, f64)> {
-    let blend = op.row().meta.blend?;
+    let blend = op.row().facts.blend?;
     let width = constants(parameters)?.first().copied().unwrap_or(0.0);
     let support = blend.kernel.support(width);
     support
@@ -239,7 +239,7 @@ fn run_predecessor(graph: &Graph, node: &GraphNode) -> Option<NodeId> {
             parameters,
             values,
             ..
-        } if op.row().meta.blend.is_some() => Some((*op, parameters.clone(), values[0])),
+        } if op.row().facts.blend.is_some() => Some((*op, parameters.clone(), values[0])),
         _ => None,
     };
     let (op, parameters, first) = blend_parts(node)?;

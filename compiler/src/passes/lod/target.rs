@@ -8,21 +8,21 @@ pub struct LodTarget {
     /// Position of the camera.
     pub camera_position: [f64; 3],
     /// Footprint of a pixel.
-    pub pixel: PixelFootprint,
+    pub pixel: PixelSize,
     /// Maximum error, in pixels.
     pub tolerance: f64,
 }
 
 /// Footprint of a pixel.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum PixelFootprint {
+pub enum PixelSize {
     /// An angle in radians: the smallest of all pixels of the picture.
     Angle(f64),
     /// A length, equal at all distances.
     Length(f64),
 }
 
-impl PixelFootprint {
+impl PixelSize {
     /// Returns the pixel of a perspective picture with this size and vertical field of view. It is that
     /// of a corner, where the projection stretches the most.
     pub fn from_perspective(field_of_view: f64, [width, height]: [u32; 2]) -> Self {
@@ -39,11 +39,11 @@ impl PixelFootprint {
 }
 
 impl LodTarget {
-    /// Returns the footprint of a pixel at a distance from the camera.
-    pub fn footprint(&self, distance: f64) -> f64 {
+    /// Returns the side of a pixel, in scene units, at a distance from the camera.
+    pub fn pixel_size(&self, distance: f64) -> f64 {
         match self.pixel {
-            PixelFootprint::Angle(angle) => distance * angle,
-            PixelFootprint::Length(length) => length,
+            PixelSize::Angle(angle) => distance * angle,
+            PixelSize::Length(length) => length,
         }
     }
 

@@ -25,10 +25,10 @@ fn leaves_are_the_same_on_every_engine() {
         | torus(1.4, 0.1)";
     let mut fixture = Fixture::new(text, [48, 32]);
     let generated = fixture.origins.compiled.generated();
-    let outputs = fixture.origins.compiled.update(0.0);
+    let uniform_values = fixture.origins.compiled.update(0.0);
     let scene = SceneInput {
         module: &fixture.origins.compiled.module,
-        outputs: &outputs,
+        uniform_values: &uniform_values,
         generated: SceneSource {
             text: &generated.text,
             calls: &generated.calls,

@@ -10,7 +10,7 @@ fn pick(fixture: &mut Fixture, frame: &Image, pixel: [u32; 2]) -> Option<Pick> {
     let leaf = fixture.leaves.query(&point).expect("the CPU answers")[0];
     let scene = PickContext {
         module: &fixture.compiled.module,
-        outputs: &fixture.outputs,
+        uniform_values: &fixture.uniform_values,
         settings: &fixture.settings,
         sources: &fixture.sources,
         origins: Some(&fixture.origins),

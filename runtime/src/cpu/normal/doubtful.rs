@@ -1,8 +1,9 @@
 //! Gradients that do not lead to the surface beside which they were taken.
 //!
-//! Just outside a floor, a field that was divided by a large bound may be the least value, though its surface
-//! is far away; just inside it is not. Beside a discontinuity the gradient is that of the discontinuous term,
-//! and finite differences give the side.
+//! A raw field was divided by a bound, often a large one. Just outside a floor its value may be smaller than
+//! the floor's, though its surface is far away. Its gradient is then wrong; just inside the floor the gradient
+//! is right. Beside a discontinuity the gradient is that of the discontinuous term on both sides. Finite
+//! differences then give the normal.
 
 use super::{finite_differences, points_near_hit, set_lane, store_normals, tap_distance};
 use crate::cpu::lanes::repeat_first;

@@ -2,7 +2,7 @@
 //! [`candidate`].
 
 use super::super::lanes::{ColumnChoice, RayTask, is_nan, lanes, run_streamed};
-use super::super::{Evaluator, F32x64, LANES, Points, Query};
+use super::super::{Evaluator, F32x64, FieldQuantity, LANES, Points};
 use super::OcclusionTap;
 use crate::cells::Aabb;
 use sdfc_shaders::{candidate, occlusion};
@@ -59,11 +59,11 @@ pub(super) fn check_candidates(
 ) -> u64 {
     let items: Vec<u32> = (0..candidates.len() as u32).collect();
     let mut checks = CandidateChecks { candidates, hidden };
-    if evaluator.preferred_blocks(Query::Distances) > 1 {
+    if evaluator.preferred_blocks(FieldQuantity::Distances) > 1 {
         return run_streamed(&mut checks, evaluator, &items);
     }
     let regions: Vec<Aabb> = candidates.chunks(LANES).map(probe_region).collect();
-    evaluator.prune_for_regions(Query::Distances, &regions);
+    evaluator.prune_for_regions(FieldQuantity::Distances, &regions);
     let check_chunk = |(probe_region, items): (usize, &[u32])| {
         evaluator.select_region(Some(probe_region));
         run_streamed(&mut checks, evaluator, items)
@@ -84,11 +84,8 @@ fn probe_region(candidates: &[OccluderCandidate]) -> Aabb {
             .iter()
             .map(|candidate| candidate.tap.point.to_array()),
     );
-    let coordinate_size = low
-        .iter()
-        .chain(&high)
-        .fold(0.0, |coordinate_size, v| v.abs().max(coordinate_size));
-    let margin = limit * MAX_PROBE_LIMITS + coordinate_size * MIN_PROBE_FRACTION;
+    let max_coordinate = low.iter().chain(&high).fold(0.0, |max, v| v.abs().max(max));
+    let margin = limit * MAX_PROBE_LIMITS + max_coordinate * MIN_PROBE_FRACTION;
     Aabb {
         low: low.map(|v| v - margin),
         high: high.map(|v| v + margin),

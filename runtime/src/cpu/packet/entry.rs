@@ -1,5 +1,5 @@
-//! Operations on all rays of a packet at once, each in its own lane: the intersection with a leaf's box, and
-//! the test that rejects most rays after a single evaluation of the field.
+//! Operations on all rays of a packet at once, each in its own lane. They are the intersection with a leaf's
+//! box, and the test that rejects most rays after a single evaluation of the field.
 
 use super::{LeafRays, Packet};
 use crate::cells::{Aabb, Cell};
@@ -187,21 +187,21 @@ fn entry_points_body(p: &Packet, points: &mut Points) {
 }
 
 /// Reports whether a ray meets no surface in the `remaining` part of its segment in a leaf. The ray is at
-/// `t`, the field there is `radius`, and its next step is `step`. The field decreases at most at the rate
+/// `t`, its value there is `field`, and its next step is `step`. The field decreases at most at the rate
 /// `decrease_max`.
 #[inline(always)]
 pub(super) fn misses_leaf(
     t: f32,
-    radius: f32,
+    field: f32,
     step: f32,
     decrease_max: f32,
     remaining: f32,
 ) -> bool {
     // The remaining segment lies in the empty sphere around the point, or is too short to change `t`. A
     // surface on the face of the next leaf is found there.
-    let covered = (radius >= remaining) | (remaining <= t.abs() * f32::EPSILON);
+    let covered = (field >= remaining) | (remaining <= t.abs() * f32::EPSILON);
     // Nor is there a surface if the field does not decrease fast enough to change its sign.
-    let end_value = radius - decrease_max * remaining;
+    let end_value = field - decrease_max * remaining;
     covered | (end_value > 0.0) & (step > 0.0)
 }
 
@@ -222,20 +222,20 @@ fn cull_entered_body(f: &FrameUniforms, cell: &Cell, values: &F32x64, p: &mut Pa
         let bounds = directional_bounds(cell, direction, p.side.0[i]);
         let (t, distance) = (p.entry_t.0[i], values.0[i]);
         let side = initial_side(p.steps.0[i], t, distance, p.side.0[i]);
-        let radius = distance * side / bounds.slope;
+        let field = distance * side / bounds.slope;
         let remaining = p.exit_t.0[i] - t;
         let is_through = misses_leaf(
             t,
-            radius,
-            radius,
+            field,
+            field,
             bounds.decrease_max / bounds.slope,
             remaining,
         );
         // Comparing with NaN is false.
-        let is_apart = radius >= marching::rounding_at(t, f.rounding);
+        let is_apart = field >= marching::rounding_at(t, f.rounding);
         let crosses = p.entry_t.0[i] <= p.exit_t.0[i];
         *culled = crosses & is_through & is_apart;
-        let clear_radius = radius * bounds.slope;
+        let clear_radius = field * bounds.slope;
         let select = |new: f32, old: f32| choice.choose(*culled, new, old);
         p.steps.0[i] = select(p.steps.0[i] + 1.0, p.steps.0[i]);
         p.side.0[i] = select(side, p.side.0[i]);

@@ -44,12 +44,12 @@ fn cull_clear_body([low, high]: &RangeLanes, count: usize, b: &mut LeafRays) {
         b.outcome.0[i] = if is_clear {
             outcome::EXITED
         } else {
-            outcome::UNDER_WAY
+            outcome::ACTIVE
         };
         // The empty sphere must not extend beyond the leaf, so it is centred on the remaining segment.
         let (from, to) = (b.t.0[i], b.exit_t.0[i]);
-        let (center, half) = ((from + to) * 0.5, (to - from) * 0.5 / slope);
-        b.t.0[i] = if is_clear { center } else { from };
-        b.radius.0[i] = if is_clear { half } else { b.radius.0[i] };
+        let (centre, half) = ((from + to) * 0.5, (to - from) * 0.5 / slope);
+        b.t.0[i] = if is_clear { centre } else { from };
+        b.field.0[i] = if is_clear { half } else { b.field.0[i] };
     }
 }

@@ -26,7 +26,7 @@ fn root_estimate(f: &FrameUniforms, b: &Roots, i: usize) -> f32 {
         b.t_other.0[i],
         b.field_other.0[i],
         rounding,
-        f.raw,
+        f.is_raw,
     );
     Real::max(Real::min(estimate, b.high.0[i]), b.low.0[i])
 }
@@ -41,7 +41,7 @@ fn is_settled(f: &FrameUniforms, b: &Roots, i: usize) -> bool {
         b.t_other.0[i],
         b.field_other.0[i],
         rounding,
-        f.raw,
+        f.is_raw,
     ) > 0.0
 }
 
@@ -83,10 +83,10 @@ fn refine_roots_body(f: &FrameUniforms, values: &F32x64, count: usize, b: &mut R
         );
         // Settled roots stay, and an estimate without a value is not used.
         let keeps_old = is_settled(f, b, i) | is_nan(field);
-        let set = |old: f32, new: f32| choice.choose(!keeps_old, new, old);
-        b.t_other.0[i] = set(b.t_other.0[i], best.t_other);
-        b.field_other.0[i] = set(b.field_other.0[i], best.field_other);
-        b.t.0[i] = set(b.t.0[i], best.t);
-        b.field.0[i] = set(b.field.0[i], best.field);
+        let select = |new: f32, old: f32| choice.choose(!keeps_old, new, old);
+        b.t_other.0[i] = select(best.t_other, b.t_other.0[i]);
+        b.field_other.0[i] = select(best.field_other, b.field_other.0[i]);
+        b.t.0[i] = select(best.t, b.t.0[i]);
+        b.field.0[i] = select(best.field, b.field.0[i]);
     }
 }

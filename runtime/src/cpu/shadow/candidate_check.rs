@@ -16,18 +16,18 @@ impl<const FORM: u32> LightParams<FORM> {
     pub(super) fn step_check(self, b: &mut ShadowLanes, i: usize, field: f32) -> (bool, bool) {
         let hidden = |column: &F32x64| self.choice.hide(column.0[i]);
         let (phase, value) = (hidden(&b.phase), hidden(&b.value));
-        let start_steps = if FORM == SIZED {
-            b.start_steps.0[i]
+        let steps_before = if FORM == SIZED {
+            b.steps_before.0[i]
         } else {
             0.0
         };
-        let out_of_steps = b.steps.0[i] - start_steps >= self.max_steps;
+        let out_of_steps = b.steps.0[i] - steps_before >= self.max_steps;
         let size = lane_size::<FORM>(b, i, self.size);
         let (point, offset, gradient) = (round_point(b, i), lane_offset(b, i), lane_gradient(b, i));
         let limit = shadow::candidate_limit(b.candidate_t.0[i], size);
         let is_start = phase < 0.75;
-        let is_probe = phase > 3.5;
-        let is_tap = !is_probe & (phase > 0.75);
+        let is_probe_phase = phase > 3.5;
+        let is_tap = !is_probe_phase & (phase > 0.75);
 
         let tap_distance = candidate::tap_distance::<f32>(value, point, limit);
         let new_gradient = candidate::add_tap::<f32>(gradient, phase, field - value, tap_distance);
@@ -43,9 +43,9 @@ impl<const FORM: u32> LightParams<FORM> {
             next,
             limit,
         );
-        let is_repeat = is_probe & (outcome == 0.0);
-        let is_overshot = is_probe & (outcome == candidate::OVERSHOT);
-        let is_found = is_probe & (outcome == 1.0);
+        let is_repeat = is_probe_phase & (outcome == 0.0);
+        let is_overshot = is_probe_phase & (outcome == candidate::OVERSHOT);
+        let is_found = is_probe_phase & (outcome == 1.0);
         let is_misled = is_found & (b.round.0[i] > 0.0);
 
         let surface_offset = candidate::surface_offset::<f32>(offset, next, value, field);
@@ -55,7 +55,7 @@ impl<const FORM: u32> LightParams<FORM> {
         let light_t = b.light_t.0[i];
         let visibility =
             shadow::visibility_beside::<f32>(v, surface_offset, direction, t, size, value, light_t);
-        let (visibility, light_t) = if FORM == SIZED && b.number.0[i] > 0.0 {
+        let (visibility, light_t) = if FORM == SIZED && b.ray_number.0[i] > 0.0 {
             let axis = lane_axis(b, i);
             let light_t = shadow::light_plane_t::<f32>(direction, axis, light_t);
             let rim_visibility = shadow::rim_visibility_beside::<f32>(
@@ -88,12 +88,12 @@ impl<const FORM: u32> LightParams<FORM> {
         let is_dark = self.is_dark(b, i);
         let is_moving = is_found & (moved_t > 0.0) & !is_dark;
         // After a detour the next move counts as a detour, too.
-        let is_moving_aside = is_moving & is_misled;
-        let is_aside = offset.dot(offset) > 0.0;
-        let bound = shadow::candidate_bound(v, b.number.0[i]);
+        let is_detour = is_moving & is_misled;
+        let is_offset = offset.dot(offset) > 0.0;
+        let bound = shadow::candidate_bound(v, b.ray_number.0[i]);
         let cannot_darken =
-            is_start & !is_aside & (shadow::cannot_darken::<f32>(field, t, size, bound) > 0.0);
-        let is_done = is_probe & !is_repeat & !is_overshot & !is_moving;
+            is_start & !is_offset & (shadow::cannot_darken::<f32>(field, t, size, bound) > 0.0);
+        let is_done = is_probe_phase & !is_repeat & !is_overshot & !is_moving;
         let earlier_t = shadow::earlier_candidate_t(t, size, moves);
         let is_returning = is_done & !is_found & (earlier_t > 0.0);
         let is_finished = cannot_darken | (is_done & !is_returning);
@@ -101,7 +101,7 @@ impl<const FORM: u32> LightParams<FORM> {
 
         let restart_value = candidate::restart_value::<f32>(field);
         let kept_value = choose(is_repeat, restart_value, value);
-        let start_value = if is_aside { restart_value } else { field };
+        let start_value = if is_offset { restart_value } else { field };
         b.value.0[i] = choose(is_start, start_value, kept_value);
         let zero = V3::splat(0.0);
         let forgets = is_repeat | is_moving | is_restart;
@@ -110,11 +110,7 @@ impl<const FORM: u32> LightParams<FORM> {
         b.gradient_y.0[i] = gradient_part(new_gradient.y, gradient.y);
         b.gradient_z.0[i] = gradient_part(new_gradient.z, gradient.z);
         let kept_offset = if is_moving | is_restart { zero } else { offset };
-        let kept_offset = if is_moving_aside {
-            plane_offset
-        } else {
-            kept_offset
-        };
+        let kept_offset = if is_detour { plane_offset } else { kept_offset };
         b.offset_x.0[i] = choose(is_repeat, next.x, kept_offset.x);
         b.offset_y.0[i] = choose(is_repeat, next.y, kept_offset.y);
         b.offset_z.0[i] = choose(is_repeat, next.z, kept_offset.z);
@@ -136,7 +132,7 @@ impl<const FORM: u32> LightParams<FORM> {
         b.phase.0[i] = if is_finished { 0.0 } else { next_phase };
         let round = round + if is_repeat { 1.0 } else { 0.0 };
         let round = if is_restart { 0.0 } else { round };
-        b.round.0[i] = if is_moving_aside { 1.0 } else { round };
+        b.round.0[i] = if is_detour { 1.0 } else { round };
         let kept_moves = if is_moving | is_returning {
             moves + 1.0
         } else {
@@ -163,7 +159,7 @@ impl<const FORM: u32> LightParams<FORM> {
     #[inline(always)]
     fn is_dark(self, b: &ShadowLanes, i: usize) -> bool {
         let dark = match FORM {
-            SIZED if b.number.0[i] == 0.0 => shadow::MAX_HIDDEN_VISIBILITY,
+            SIZED if b.ray_number.0[i] == 0.0 => shadow::MAX_HIDDEN_VISIBILITY,
             SIZED => -1.0,
             _ => 0.0,
         };

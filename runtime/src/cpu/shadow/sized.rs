@@ -7,13 +7,13 @@ use super::{
 use sdfc_shaders::{marching, shadow};
 use sdfc_vm::vector::V3;
 
-/// Lanes whose ray ends, or begins as a rim ray, after an evaluation.
+/// Transitions of the lanes' rays after an evaluation: a ray goes on, ends, or begins as a rim ray.
 #[derive(Default)]
-pub(super) struct Ends {
+pub(super) struct RayTransitions {
     /// 0 for a ray that goes on, [`RAY_ENDED`] or [`RIM_RAY_BEGINS`].
     pub(super) kind: F32x64,
     /// Visibility along a ray that has ended, or the light's size for one that begins.
-    pub(super) amount: F32x64,
+    pub(super) visibility_or_size: F32x64,
 }
 
 /// Kind of a ray that has ended.
@@ -23,20 +23,20 @@ const RIM_RAY_BEGINS: f32 = 2.0;
 
 impl<const FORM: u32> LightParams<FORM> {
     /// Advances a ray towards a light with a size by the field's value at its point. Reports whether the
-    /// lane's last ray has ended, and returns its entries in [`Ends`].
+    /// lane's last ray has ended, and returns its entries in [`RayTransitions`].
     #[inline(always)]
-    pub(super) fn step_sized(self, b: &mut ShadowLanes, i: usize, h: f32) -> (bool, f32, f32) {
-        let (t, number, size) = (b.t.0[i], b.number.0[i], b.size.0[i]);
-        let out_of_steps = b.steps.0[i] - b.start_steps.0[i] >= self.max_steps;
-        let is_over = is_nan(h) | (out_of_steps & (number > 0.0));
+    pub(super) fn step_sized(self, b: &mut ShadowLanes, i: usize, field: f32) -> (bool, f32, f32) {
+        let (t, ray_number, size) = (b.t.0[i], b.ray_number.0[i], b.size.0[i]);
+        let out_of_steps = b.steps.0[i] - b.steps_before.0[i] >= self.max_steps;
+        let is_over = is_nan(field) | (out_of_steps & (ray_number > 0.0));
         let is_running = !is_over;
-        let slope = shadow::slope(h, b.field_before.0[i], b.step.0[i]);
-        let sign_margin = marching::sign_margin(b.rounding.0[i], slope, self.raw);
-        let min_stride = b.min_step.0[i] * shadow::late_speedup(b.steps.0[i] - b.start_steps.0[i]);
-        let is_inside = h < -sign_margin;
+        let slope = shadow::slope(field, b.field_before.0[i], b.step.0[i]);
+        let sign_margin = marching::sign_margin(b.rounding.0[i], slope, self.is_raw);
+        let min_stride = b.min_step.0[i] * shadow::late_speedup(b.steps.0[i] - b.steps_before.0[i]);
+        let is_inside = field < -sign_margin;
         let is_measuring = size == 0.0;
-        let free_stride = shadow::stride(h, t, min_stride, size);
-        let short_stride = shadow::short_stride(h, t, min_stride, size);
+        let free_stride = shadow::stride(field, t, min_stride, size);
+        let short_stride = shadow::short_stride(field, t, min_stride, size);
         let inner_stride = shadow::inner_stride(t, min_stride, size);
         let next = if is_measuring {
             free_stride
@@ -57,13 +57,14 @@ impl<const FORM: u32> LightParams<FORM> {
         let is_running = is_running & !has_measured;
 
         let back_step = shadow::step_to_passed_sheet(
-            h,
+            field,
             b.field_before.0[i],
             b.step.0[i],
             b.slope_before.0[i],
             sign_margin,
         );
-        let is_passed = (back_step > 0.0) & (number != shadow::INSIDE_RAY_NUMBER) & !out_of_steps;
+        let is_passed =
+            (back_step > 0.0) & (ray_number != shadow::INSIDE_RAY_NUMBER) & !out_of_steps;
         let goes_back = is_running & is_passed;
         let is_running = is_running & !is_passed;
         let next_t = self.choice.choose(is_running, t + next, t);
@@ -73,35 +74,35 @@ impl<const FORM: u32> LightParams<FORM> {
         b.step.0[i] = choose(is_running, next, step);
         let slope_before = choose(goes_back, 0.0, b.slope_before.0[i]);
         b.slope_before.0[i] = choose(is_running, slope, slope_before);
-        b.field_before.0[i] = choose(is_running, h, b.field_before.0[i]);
+        b.field_before.0[i] = choose(is_running, field, b.field_before.0[i]);
 
         let is_running = is_running & !is_measuring;
-        let sample_visibility = shadow::visibility_at(h, t, size);
-        let enters_solid = is_running & is_inside & (number < 1.0);
-        let new_number = choose(enters_solid, shadow::INSIDE_RAY_NUMBER, number);
-        b.number.0[i] = new_number;
+        let sample_visibility = shadow::visibility_at(field, t, size);
+        let enters_solid = is_running & is_inside & (ray_number < 1.0);
+        let new_ray_number = choose(enters_solid, shadow::INSIDE_RAY_NUMBER, ray_number);
+        b.ray_number.0[i] = new_ray_number;
         let kept_t = choose(enters_solid, shadow::NO_CANDIDATE, b.candidate_t.0[i]);
         let is_over = is_over | (enters_solid & (sample_visibility <= -1.0));
         let is_running = is_running & !(enters_solid & ((sample_visibility <= -1.0) | !is_at_end));
-        let is_blocked = is_running & (is_inside | (new_number == shadow::INSIDE_RAY_NUMBER));
+        let is_blocked = is_running & (is_inside | (new_ray_number == shadow::INSIDE_RAY_NUMBER));
         let is_running = is_running & !is_blocked;
 
-        let clear_t = shadow::clear_until(b.clear_t.0[i], h, t, size);
-        let is_central = is_running & (number == 0.0);
+        let clear_t = shadow::clear_until(b.clear_t.0[i], field, t, size);
+        let is_central = is_running & (ray_number == 0.0);
         b.clear_t.0[i] = choose(is_central, clear_t, b.clear_t.0[i]);
-        let bound = shadow::candidate_bound(b.visibility.0[i], number);
+        let bound = shadow::candidate_bound(b.visibility.0[i], ray_number);
         let is_candidate = is_running
             & (shadow::is_candidate(sample_visibility, b.last_visibility.0[i], bound) > 0.0);
         b.last_visibility.0[i] = choose(is_running, sample_visibility, b.last_visibility.0[i]);
         let candidate_t = choose(is_candidate, t, kept_t);
         b.candidate_t.0[i] = candidate_t;
-        b.value.0[i] = choose(is_candidate, h, b.value.0[i]);
+        b.value.0[i] = choose(is_candidate, field, b.value.0[i]);
         let begins_check =
             is_running & (!is_candidate | is_at_end) & (candidate_t > 0.0) & !out_of_steps;
         begin_candidate_check(self.choice, b, i, begins_check, is_at_end);
         let is_ended = is_running & !begins_check & is_at_end;
         let visibility = if is_blocked { -1.0 } else { b.visibility.0[i] };
-        let amount = if begins_rim_ray {
+        let visibility_or_size = if begins_rim_ray {
             fitting_size.min(self.size)
         } else {
             visibility
@@ -114,7 +115,7 @@ impl<const FORM: u32> LightParams<FORM> {
         (
             is_over,
             if begins_rim_ray { RIM_RAY_BEGINS } else { kind },
-            amount,
+            visibility_or_size,
         )
     }
 
@@ -122,18 +123,18 @@ impl<const FORM: u32> LightParams<FORM> {
     pub(super) fn begin_next_rays(
         self,
         b: &mut ShadowLanes,
-        ends: &Ends,
+        transitions: &RayTransitions,
         ended: &mut [bool; LANES],
     ) {
-        if !any_nonzero(&ends.kind) {
+        if !any_nonzero(&transitions.kind) {
             return;
         }
         for (i, ended) in ended.iter_mut().enumerate() {
-            let amount = ends.amount.0[i];
-            if ends.kind.0[i] == RAY_ENDED {
-                *ended |= self.end_ray(b, i, amount);
-            } else if ends.kind.0[i] == RIM_RAY_BEGINS {
-                self.begin_rim(b, i, amount);
+            let visibility_or_size = transitions.visibility_or_size.0[i];
+            if transitions.kind.0[i] == RAY_ENDED {
+                *ended |= self.end_ray(b, i, visibility_or_size);
+            } else if transitions.kind.0[i] == RIM_RAY_BEGINS {
+                self.begin_rim(b, i, visibility_or_size);
             }
         }
     }
@@ -141,20 +142,20 @@ impl<const FORM: u32> LightParams<FORM> {
     /// Ends a ray towards a light with a size, given the visibility along it. If the centre is hidden, rays
     /// to the rim follow. Reports whether that was the last one.
     fn end_ray(self, b: &mut ShadowLanes, i: usize, visibility: f32) -> bool {
-        let number = b.number.0[i];
-        if number == 0.0 && visibility > shadow::MAX_HIDDEN_VISIBILITY {
+        let ray_number = b.ray_number.0[i];
+        if ray_number == 0.0 && visibility > shadow::MAX_HIDDEN_VISIBILITY {
             return true;
         }
-        let is_rim = number >= 1.0;
+        let is_rim = ray_number >= 1.0;
         let best_visibility = b.best_visibility.0[i].max(if is_rim { visibility } else { -1.0 });
-        let next_number = number.floor() + 1.0;
-        b.number.0[i] = next_number;
+        let next_ray_number = ray_number.floor() + 1.0;
+        b.ray_number.0[i] = next_ray_number;
         b.best_visibility.0[i] = best_visibility;
-        let is_hidden = next_number > shadow::FIRST_RIM_RAYS && best_visibility <= -1.0;
-        if is_hidden || best_visibility >= 0.0 || next_number > shadow::RIM_RAYS {
+        let is_hidden = next_ray_number > shadow::FIRST_RIM_RAYS && best_visibility <= -1.0;
+        if is_hidden || best_visibility >= 0.0 || next_ray_number > shadow::RIM_RAYS {
             return true;
         }
-        let rim = shadow::rim_direction::<f32>(lane_axis(b, i), next_number);
+        let rim = shadow::rim_direction::<f32>(lane_axis(b, i), next_ray_number);
         set_direction(b, i, rim);
         if self.is_positional == 0.0 {
             self.begin_rim(b, i, self.size);
@@ -163,7 +164,7 @@ impl<const FORM: u32> LightParams<FORM> {
         b.size.0[i] = 0.0;
         b.t.0[i] = 0.0;
         b.exit_t.0[i] = shadow::required_room(b.light_t.0[i], self.size);
-        b.start_steps.0[i] = b.steps.0[i];
+        b.steps_before.0[i] = b.steps.0[i];
         b.field_before.0[i] = 0.0;
         b.step.0[i] = 0.0;
         b.slope_before.0[i] = 0.0;
@@ -182,7 +183,7 @@ impl<const FORM: u32> LightParams<FORM> {
         set_direction(b, i, direction);
         b.size.0[i] = size;
         b.exit_t.0[i] = exit_t;
-        b.start_steps.0[i] = b.steps.0[i];
+        b.steps_before.0[i] = b.steps.0[i];
         b.t.0[i] = b.clear_t.0[i].abs();
         b.field_before.0[i] = 0.0;
         b.step.0[i] = 0.0;

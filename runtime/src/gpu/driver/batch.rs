@@ -4,7 +4,7 @@ use super::error::within;
 use super::{BoundKernel, Buffer, Gpu, GpuError};
 
 /// The amount of work of a dispatch. The first two variants count invocations and are divided by the kernel's
-/// workgroup size, rounding up: the kernel must check its index against the true count.
+/// workgroup size, rounding up. The kernel must check its index against the true count.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Extent {
     /// A line of invocations, for a kernel whose workgroups extend along x only. If there are more workgroups

@@ -13,7 +13,7 @@ use super::{Arithmetic, Buffer, Gpu, GpuError, strict};
 const MAX_TEXT_BYTES: usize = 4 << 20;
 
 /// Stack of the compiler: a base size, and an amount per byte of text. naga limits the recursion of its
-/// parser, but not that of later passes: a chain such as `~~~…~x` has a level per byte, and a level takes a
+/// parser, but not that of later passes. A chain such as `~~~…~x` has a level per byte, and a level takes a
 /// few hundred bytes of stack. Only used pages become memory.
 const BASE_STACK_BYTES: usize = 16 << 20;
 const STACK_BYTES_PER_TEXT_BYTE: usize = 1 << 10;

@@ -8,9 +8,8 @@
 //!
 //! wgpu does not check words that are passed through, so this module performs all checks. naga validated the
 //! text. The bindings are those the module declares, with the access and at least the size it declares
-//! ([`binding_sizes`]). Workgroups keep the device's limits ([`check_workgroup`]). naga's writer adds to the
-//! module what wgpu requires: indices are restricted to the valid range, also in buffers; loops terminate;
-//! integers are never divided by zero; workgroup memory begins as zeros.
+//! ([`binding_sizes`]). Workgroups keep the device's limits ([`check_workgroup`]). naga's writer adds what
+//! wgpu requires: clamped indices, loops that end, no division of integers by zero, zeroed workgroup memory.
 //!
 //! The rounding of single operations is left to the device; [`conformance`] tests it before anything else
 //! runs. Backends without SPIR-V use the [`portable`] form. Both forms are limited to the operations that
@@ -279,7 +278,7 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
             .map(|(_, operands)| operands[0])
             .collect();
         // Negation, sum, difference, two products, a quotient (by a vector made of one number), an inner
-        // product, and two more sums; the integer product is not decorated.
+        // product, and two more sums. The integer product is not decorated.
         let arithmetic: Vec<u32> = instructions
             .iter()
             .filter(|(opcode, _)| ARITHMETIC.contains(opcode))

@@ -101,7 +101,7 @@ fn nothing_of_a_file_lies_outside_its_boxes() {
     let mut violations = Vec::new();
     for path in corpus(0) {
         let (scene, name) = read_scene(&path);
-        let Some(root) = scene.root.filter(|_| !scene.plane) else {
+        let Some(root) = scene.root.filter(|_| !scene.is_2d) else {
             continue;
         };
         let Some(tested) = TestShape::new(&scene, root, &name) else {

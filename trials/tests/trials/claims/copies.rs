@@ -13,7 +13,7 @@ const POINTS_PER_PAIR: usize = 150;
 /// Number of copies per side that replace an infinite row.
 const COPIES_PER_SIDE: i32 = 5;
 
-/// Returns an exact solid or a union of two. It may be off-center in its cell, cross its walls, or touch
+/// Returns an exact solid or a union of two. It may be off-centre in its cell, cross its walls, or touch
 /// them.
 fn random_child(r: &mut Random) -> String {
     random_child_with(r, &["|"])
@@ -60,7 +60,7 @@ fn assert_equal_values(
     for _ in 0..POINTS_PER_PAIR {
         let mut p = random_point(&mut r, half);
         if r.chance(10) {
-            // The center plane of a cell, or the axis of a ring.
+            // The centre plane of a cell, or the axis of a ring.
             p[r.below(3)] = 0.0;
         }
         let value = folded.value(p);
@@ -102,8 +102,8 @@ fn grid(random_child: &str, spacing: Point, counts: [Vec<f64>; 3]) -> String {
     format!("let c = {random_child};\nunion([{}])", copies.join(", "))
 }
 
-/// Returns the indices of copies along an axis, centered at zero.
-fn centered_indices(count: usize) -> Vec<f64> {
+/// Returns the indices of copies along an axis, centred at zero.
+fn centreed_indices(count: usize) -> Vec<f64> {
     (0..count)
         .map(|index| index as f64 - 0.5 * (count - 1) as f64)
         .collect()
@@ -120,7 +120,7 @@ fn limited_repetitions_are_the_union_of_their_copies() {
         let Some(folded) = parse_shape(&text) else {
             return CheckOutcome::Refused;
         };
-        let listed = valid_shape(&grid(&random_child, spacing, counts.map(centered_indices)));
+        let listed = valid_shape(&grid(&random_child, spacing, counts.map(centreed_indices)));
         assert_equal_values(&folded, &listed, 4.0, seed, true);
         CheckOutcome::Accepted
     };
@@ -251,7 +251,7 @@ fn repetitions_of_any_shape_are_where_their_copies_are() {
         let Some(folded) = parse_shape(&text) else {
             return CheckOutcome::Refused;
         };
-        let Some(listed) = parse_shape(&grid(&random_child, spacing, counts.map(centered_indices)))
+        let Some(listed) = parse_shape(&grid(&random_child, spacing, counts.map(centreed_indices)))
         else {
             return CheckOutcome::Refused;
         };

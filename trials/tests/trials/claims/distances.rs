@@ -45,7 +45,7 @@ fn random_operand(r: &mut Random) -> String {
 
 /// Returns an exact 2-D shape on the positive side of the y axis.
 fn random_profile(r: &mut Random) -> String {
-    // No 2-D shape extends farther than 1.25 from its center.
+    // No 2-D shape extends farther than 1.25 from its centre.
     format!(
         "{}.translate({}, {})",
         exact_shape_2d(r),
@@ -111,7 +111,7 @@ fn scene_with_op(op: Op, r: &mut Random) -> Option<String> {
             1 + r.below(360)
         ),
         Op::Slice => format!("{a}.section([{k}, 1, 0], at: {}).extrude(1)", 0.5 * k),
-        _ if op.row().meta.category == Category::Combine => format!("{a} {operator}{blend} {b}"),
+        _ if op.row().facts.category == Category::Combine => format!("{a} {operator}{blend} {b}"),
         _ => return None,
     })
 }
@@ -254,7 +254,7 @@ fn check_exactness(tested: &TestShape, exactness: Exactness, seed: u64) -> Resul
         let is_exact = match exactness {
             Exactness::Exact => true,
             Exactness::ExactOutside => value > 0.0,
-            Exactness::Bound | Exactness::Field => false,
+            Exactness::Bound | Exactness::Unknown => false,
         };
         if !is_exact {
             continue;
@@ -287,12 +287,12 @@ fn check_exactness(tested: &TestShape, exactness: Exactness, seed: u64) -> Resul
 /// Returns the rows with a promised exactness for exact operands.
 fn rows_with_promises() -> Vec<Op> {
     let rows = ROWS.iter().filter(|row| {
-        let meta = &row.meta;
+        let facts = &row.facts;
         let is_derived = matches!(
-            meta.category,
+            facts.category,
             Category::Combine | Category::Domain | Category::Distance | Category::Dimension
         );
-        is_derived && meta.exactness != Exactness::Field
+        is_derived && facts.exactness != Exactness::Unknown
     });
     rows.map(|row| row.op).collect()
 }
@@ -313,7 +313,7 @@ fn operations_are_as_exact_as_their_rows_state() {
             return CheckOutcome::Refused;
         };
         assert!(has_row(&scene, op), "{op:?} is not in {text}");
-        match check_exactness(&tested, op.row().meta.exactness, seed) {
+        match check_exactness(&tested, op.row().facts.exactness, seed) {
             Ok(count) => *measured.lock().unwrap().entry(op).or_insert(0) += count + 1,
             Err(violation) => {
                 violations

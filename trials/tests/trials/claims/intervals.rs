@@ -128,7 +128,7 @@ fn intervals_of_files_hold_all_values_and_slopes() {
     let mut violations = Vec::new();
     for path in corpus(1) {
         let (scene, name) = read_scene(&path);
-        let Some(root) = scene.root.filter(|_| !scene.plane) else {
+        let Some(root) = scene.root.filter(|_| !scene.is_2d) else {
             continue;
         };
         let Some(tested) = TestShape::new(&scene, root, &name) else {

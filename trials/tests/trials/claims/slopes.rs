@@ -8,7 +8,7 @@ use sdfc_trials::random::Random;
 use sdfc_trials::shapes::solid;
 use sdfc_vm::bounds::Bounds;
 use sdfc_vm::evaluate::evaluate_f64;
-use sdfc_vm::program::{Code, Program};
+use sdfc_vm::program::{Opcode, Program};
 use sdfc_vm::table::Op;
 use sdfc_vm::tape::Tape;
 
@@ -88,7 +88,7 @@ fn find_tape_violation(tested: &TestShape, seed: u64) -> Option<String> {
         // A prefix that ends with a point has no value, and a partial polygon has no sides.
         let is_edge = |index: usize| {
             let code = program.code.get(index).map(|i| i.code);
-            code == Some(Code::Op(Op::PolygonEdge))
+            code == Some(Opcode::Op(Op::PolygonEdge))
         };
         if prefix.code[length - 1].has_no_value() || is_edge(length - 1) && is_edge(length) {
             continue;

@@ -87,7 +87,7 @@ fn steps_of_files_pass_no_surface() {
     let mut violations = Vec::new();
     for path in corpus(3) {
         let (scene, name) = read_scene(&path);
-        let Some(root) = scene.root.filter(|_| !scene.plane) else {
+        let Some(root) = scene.root.filter(|_| !scene.is_2d) else {
             continue;
         };
         let Some(tested) = TestShape::new(&scene, root, &name) else {

@@ -87,7 +87,7 @@ pub(super) fn solids(scene: &Scene) -> Vec<ShapeId> {
     let ids = (0..=root.0).rev().map(ShapeId);
     let is_solid = |id: &ShapeId| {
         let shape = &scene.shapes[id.0 as usize];
-        !shape.plane && !matches!(shape.kind, ShapeKind::Nothing)
+        !shape.is_2d && !matches!(shape.kind, ShapeKind::Nothing)
     };
     ids.filter(is_solid).collect()
 }
@@ -108,8 +108,8 @@ impl ParamState {
         for (param, value) in params.iter_mut().zip(&self.values) {
             param.value.clone_from(value);
         }
-        let outputs = compiled.update(self.time);
-        outputs.into_iter().map(|v| v as f32).collect()
+        let uniform_values = compiled.update(self.time);
+        uniform_values.into_iter().map(|v| v as f32).collect()
     }
 
     /// Returns the scene with these values of its parameters.
@@ -171,14 +171,14 @@ impl TestShape {
         let has_estimated_bound = diagnostics
             .iter()
             .any(|diagnostic| diagnostic.code == sdfc_lang::codes::W0501);
-        let outputs = state.apply_to(&mut unnormalized);
+        let uniform_values = state.apply_to(&mut unnormalized);
         let size = largest_finite_coordinate(&bounds);
         let ray_range = Bounds::centred([RAY_RANGE_SIZES * size; 3]);
         let (root, slopes) = stated_slopes(&unnormalized.graph, ray_range);
         let mut graph = unnormalized.graph;
         graph.root = root;
         let mut written = schedule(&graph);
-        written.patch(&outputs);
+        written.patch(&uniform_values);
         Some(Self {
             name: name.to_owned(),
             written,
@@ -302,7 +302,7 @@ fn is_distance(scene: &Scene, id: ShapeId) -> bool {
     let kind = &scene.shapes[id.0 as usize].kind;
     let is_preserved = match kind {
         ShapeKind::Primitive { op, .. } => matches!(
-            op.row().meta.exactness,
+            op.row().facts.exactness,
             Exactness::Exact | Exactness::ExactOutside
         ),
         ShapeKind::Polygon { .. } | ShapeKind::Painted { .. } => true,

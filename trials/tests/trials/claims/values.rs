@@ -127,7 +127,7 @@ fn values_of_files_are_the_oracles() {
     let mut violations = Vec::new();
     for path in corpus(4) {
         let (scene, name) = read_scene(&path);
-        let Some(root) = scene.root.filter(|_| !scene.plane) else {
+        let Some(root) = scene.root.filter(|_| !scene.is_2d) else {
             continue;
         };
         let Some(tested) = TestShape::new(&scene, root, &name) else {

@@ -30,12 +30,12 @@ fn every_row_of_shapes_has_a_meaning() {
                 | Category::Dimension
         )
     };
-    for row in ROWS.iter().filter(|row| is_shape(row.meta.category)) {
+    for row in ROWS.iter().filter(|row| is_shape(row.facts.category)) {
         assert!(Oracle::supports(row.op), "{}", row.name);
     }
     let arithmetic = ROWS
         .iter()
-        .filter(|row| row.meta.category == Category::Math);
+        .filter(|row| row.facts.category == Category::Math);
     for row in arithmetic {
         assert!(!Oracle::supports(row.op), "{}", row.name);
     }

@@ -189,7 +189,7 @@ fn is_unambiguous(oracle: &Oracle, p: Point) -> bool {
 fn find_differences(scene: Scene) -> Option<String> {
     let oracle = oracle(&scene);
     let materials = scene.materials.clone();
-    let is_2d = scene.plane;
+    let is_2d = scene.is_2d;
     let compiled = compile_scene(scene);
     let program = compiled.module.surface.as_ref().filter(|_| !is_2d)?;
     let mut engine = EngineMaterials::new(program);

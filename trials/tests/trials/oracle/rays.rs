@@ -101,7 +101,7 @@ fn count_undecided(scene: &Scene, name: &str, rays: usize) -> usize {
 #[test]
 fn even_steps_find_no_surface_before_the_hit() {
     let scenes: Vec<_> = scene_files().iter().map(|path| read_scene(path)).collect();
-    let solids = scenes.iter().filter(|(scene, _)| !scene.plane);
+    let solids = scenes.iter().filter(|(scene, _)| !scene.is_2d);
     let undecided: usize = solids
         .map(|(scene, name)| count_undecided(scene, name, RAYS_PER_SCENE))
         .sum();

@@ -4,9 +4,10 @@ use crate::ops::prepare::half;
 use crate::real::{Real, Vector3, lit};
 
 /// A box with sharp edges. `q` is the signed distance of the point to each pair of faces. Outside, the
-/// result is the length of its positive part; inside, its largest (negative) component. (The zero is the
-/// first operand of the minimum because of equal values the second one gives the gradient: on a face, the
-/// face's.)
+/// result is the length of its positive part; inside, its largest (negative) component.
+///
+/// The zero is the first operand of the minimum: of equal values, the second one gives the gradient. So a
+/// point on a face has the face's gradient.
 #[inline(always)]
 pub fn cuboid<R: Real>(p: R::Vec3, half: R::Vec3) -> R {
     let q = (p.abs() - half).named("q");

@@ -99,8 +99,8 @@ pub fn rounded_cone<R: Real>(
     cone::<R>(q, bottom, top, half, slope, across) - round
 }
 
-/// Converts a rounded cone to the sharp cone whose offset by `round` it is: all of its planes are moved in
-/// by `round`, or by the largest possible amount.
+/// Converts a rounded cone to the sharp cone whose offset by `round` it is. All of its planes are moved in by
+/// `round`, or by the largest possible amount.
 pub fn rounded_cone_parameters<R: Real>(a: &[R]) -> Vec<R> {
     let (bottom, top, h) = (a[0], a[1], half(a[2]));
     let (slope, _) = side(bottom, top, h);

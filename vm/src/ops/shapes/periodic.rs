@@ -1,6 +1,6 @@
-//! Triply periodic surfaces, as sheets. The gradient of each level function is at most √3 long (sampled,
-//! and attained on the surface), so dividing by √3 makes the result a lower bound of the distance. A sheet
-//! has at least the requested thickness, and up to √2 times that where the function is flatter.
+//! Triply periodic surfaces, as sheets. The gradient of each level function is at most √3 long (sampled, and
+//! attained on the surface). So dividing by √3 makes the result a lower bound of the distance. A sheet has at
+//! least the requested thickness, and up to √2 times that where the function is flatter.
 
 use crate::ops::prepare::half;
 use crate::real::{Real, Vector3, lit};

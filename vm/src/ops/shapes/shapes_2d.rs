@@ -84,8 +84,8 @@ pub fn ngon<R: Real>(p: R::Vec2, sector: R, inverse: R, apothem: R, side: R) -> 
     polygon_sector::<R>(R::Vec2::new(p.y(), p.x()), sector, inverse, apothem, side)
 }
 
-/// Converts the number of corners (at least three) and the circumradius to the angle of a sector, its
-/// inverse, the apothem, and half the length of a side. Further arguments are kept.
+/// Converts the number of corners (at least three) and the circumradius. Results are the angle of a sector,
+/// its inverse, the apothem, and half the length of a side. Further arguments are kept.
 pub fn ngon_parameters<R: Real>(a: &[R]) -> Vec<R> {
     let (sector, inverse) = sectors(a[0].max(lit(3.0)));
     let angle = half(sector);

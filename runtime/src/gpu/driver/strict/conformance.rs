@@ -1,5 +1,5 @@
-//! Test that a device rounds as strict kernels require: sums, products, quotients and square roots to the
-//! nearest float, ties to even, and nothing fused, reordered or simplified. Vulkan requires that of the first
+//! Test that a device rounds as strict kernels require. Sums, products, quotients and square roots go to the
+//! nearest float, ties to even. Nothing is fused, reordered or simplified. Vulkan requires that of the first
 //! two only (a quotient may be 2.5 units in the last place off). Therefore [`TRIPLE_COUNT`] triples of
 //! numbers are tested before a device is used. That is evidence, not proof; `sdfc verify --strict` compares
 //! other kernels.
@@ -95,7 +95,7 @@ pub(in super::super) fn check(gpu: &Gpu) -> Result<(), GpuError> {
         bindings: &bindings,
     })?;
     let triples = test_triples();
-    let input_buffer = gpu.buffer_with("asked", BufferUsage::Storage, &triples)?;
+    let input_buffer = gpu.buffer_with("operands", BufferUsage::Storage, &triples)?;
     let size = size_of::<[f32; 16]>() * TRIPLE_COUNT;
     let output_buffer = gpu.buffer("answered", BufferUsage::Storage, size as u64)?;
     let call = gpu.bind(&kernel, &[(0, &input_buffer), (1, &output_buffer)])?;

@@ -1,14 +1,14 @@
 // conformance: single operations on floats, and expressions that drivers tend to rewrite.
 
-@group(0) @binding(0) var<storage, read> asked: array<vec4f>;
+@group(0) @binding(0) var<storage, read> operands: array<vec4f>;
 @group(0) @binding(1) var<storage, read_write> answered: array<f32>;
 
 @compute @workgroup_size(64)
 fn main(@builtin(global_invocation_id) id: vec3u) {
-    if id.x >= arrayLength(&asked) { return; }
-    let a = asked[id.x].x;
-    let b = asked[id.x].y;
-    let c = asked[id.x].z;
+    if id.x >= arrayLength(&operands) { return; }
+    let a = operands[id.x].x;
+    let b = operands[id.x].y;
+    let c = operands[id.x].z;
     let sum = a + b;
     let part = sum - a;
     let root = sqrt(abs(a));

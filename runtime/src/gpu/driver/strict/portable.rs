@@ -12,7 +12,7 @@
 //! is therefore zero and the bits stay unchanged, but the driver cannot know the number. With all results and
 //! constants unknown there are no two operations left that could be merged, and no constant to divide by.
 //! Operations that select an operand or change a sign (`min`, `select`, `abs`, negation) need no barrier, nor
-//! does a zero: however they are rewritten, the bits are the same.
+//! does a zero. However they are rewritten, the bits are the same.
 //!
 //! As with decorations, the rounding of single operations is left to the device.
 

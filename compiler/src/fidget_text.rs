@@ -19,8 +19,8 @@ const MAX_SAMPLING_OPERATIONS: usize = 10_000_000;
 /// Maximum number of errors reported for one file.
 const MAX_ERRORS: usize = 20;
 
-/// Parses clauses to a scene.
-pub fn parse_clauses(sources: &Sources, file: FileId) -> (Option<Scene>, Vec<Diagnostic>) {
+/// Parses the text of Fidget to a scene.
+pub fn parse_fidget_text(sources: &Sources, file: FileId) -> (Option<Scene>, Vec<Diagnostic>) {
     // The language defines the default settings of a scene.
     let mut template = Sources::new();
     let sphere = template.add("template", "sphere(1)".to_owned());
@@ -82,9 +82,9 @@ pub fn parse_clauses(sources: &Sources, file: FileId) -> (Option<Scene>, Vec<Dia
         }
         return (None, errors);
     };
-    let plane = !reads_z;
-    let side = cube_half_side(&scene.expressions, value, plane);
-    let region = Bounds::centred([side, side, if plane { f64::INFINITY } else { side }]);
+    let is_2d = !reads_z;
+    let side = cube_half_side(&scene.expressions, value, is_2d);
+    let region = Bounds::centred([side, side, if is_2d { f64::INFINITY } else { side }]);
     let kind = ShapeKind::Field {
         value,
         slope: None,
@@ -92,32 +92,32 @@ pub fn parse_clauses(sources: &Sources, file: FileId) -> (Option<Scene>, Vec<Dia
     };
     scene.shapes = vec![Shape {
         kind,
-        plane,
+        is_2d,
         name: String::new(),
         span,
     }];
     scene.root = Some(ShapeId(0));
-    scene.plane = plane;
-    if plane {
+    scene.is_2d = is_2d;
+    if is_2d {
         scene.render.size = [1024, 1024];
     }
     (Some(scene), errors)
 }
 
-/// Returns half the side of the displayed square or cube: 1, doubled until the shape does not extend
-/// beyond it at any sample point; at most 16.
-fn cube_half_side(expressions: &Expressions, value: ExprId, plane: bool) -> f64 {
+/// Returns half the side of the displayed square or cube, at most 16. It is 1, doubled until the shape does
+/// not extend beyond it at any sample point.
+fn cube_half_side(expressions: &Expressions, value: ExprId, is_2d: bool) -> f64 {
     let max_faces_points = MAX_SAMPLING_OPERATIONS / (6 * expressions.len().max(1));
     let points = max_faces_points.isqrt().clamp(8, 24);
     let extends_beyond = |side: f64| {
         let coordinate = |i: usize| side * (2.0 * i as f64 / (points - 1) as f64 - 1.0);
-        let levels = if plane { 1 } else { points };
+        let levels = if is_2d { 1 } else { points };
         (0..points).any(|i| {
             (0..levels).any(|j| {
-                let (a, b) = (coordinate(i), if plane { 0.0 } else { coordinate(j) });
+                let (a, b) = (coordinate(i), if is_2d { 0.0 } else { coordinate(j) });
                 [side, -side].into_iter().any(|s| {
                     let faces = [[s, a, b], [a, s, b], [a, b, s]];
-                    let faces = if plane { &faces[..2] } else { &faces };
+                    let faces = if is_2d { &faces[..2] } else { &faces };
                     faces
                         .iter()
                         .any(|p| crate::analysis::bounds::value_at(expressions, value, *p) < 0.0)

@@ -18,7 +18,7 @@ const SIZE_FACTORS: [f64; 7] = [1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0];
 const SAMPLE_COUNT: u32 = 64;
 
 /// The facts that determine the position of a camera.
-pub(super) struct Standpoint<'a> {
+pub(super) struct CameraPlacement<'a> {
     /// The distance program, with the current constants.
     pub(super) field: &'a Program,
     /// The outline of everything finite.
@@ -31,7 +31,7 @@ pub(super) struct Standpoint<'a> {
     pub(super) aspect: f64,
 }
 
-impl Standpoint<'_> {
+impl CameraPlacement<'_> {
     /// Returns the view in the first tried direction from which the subject is visible; the requested one is
     /// tried first. If there is none, the camera with the clearest view is moved in front of the
     /// obstruction.
