@@ -5,7 +5,9 @@
 //! before.
 
 use crate::expression::{ExprId, Expression, Expressions, Stage};
-use crate::scene::{NO_EDGE, NOWHERE, Shape, ShapeId, ShapeKind, children, grid_cells, neighbour};
+use crate::scene::{
+    NO_EDGE, NO_SURFACE_DISTANCE, Shape, ShapeId, ShapeKind, children, grid_cells, neighbour,
+};
 use crate::symbolic::Symbolic;
 use crate::uniforms::operands_first;
 use sdfc_vm::apply::{OpResult, apply_numbers};
@@ -156,7 +158,7 @@ impl Formula {
         p: R::Vec3,
     ) -> Result<R, &'static str> {
         Ok(match &shapes[id.0 as usize].kind {
-            ShapeKind::Nothing => lit(NOWHERE),
+            ShapeKind::Nothing => lit(NO_SURFACE_DISTANCE),
             ShapeKind::Painted { child, .. } => self.shape(shapes, *child, p)?,
             ShapeKind::Primitive { op, parameters } => {
                 R::row(*op, p, &[], &uniform_numbers(parameters))?
@@ -259,7 +261,7 @@ impl Formula {
             let copy = self.shape(shapes, child, mapped_point(neighbour, p, &parameters))?;
             minimum = Some(minimum.map_or(copy, |minimum| minimum.min(copy)));
         }
-        Ok(minimum.unwrap_or(lit(NOWHERE)))
+        Ok(minimum.unwrap_or(lit(NO_SURFACE_DISTANCE)))
     }
 }
 

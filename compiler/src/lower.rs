@@ -21,7 +21,7 @@ use crate::analysis::slope::ShapeSlopes;
 use crate::expression::{ExprId, Expression, Expressions};
 use crate::graph::{Graph, GraphNode, GraphNumber, NodeId, Origin, Purpose};
 use crate::leaves::LeafTracker;
-use crate::scene::{MaterialId, NO_EDGE, NOWHERE, Scene, SceneRef, ShapeId, ShapeKind};
+use crate::scene::{MaterialId, NO_EDGE, NO_SURFACE_DISTANCE, Scene, SceneRef, ShapeId, ShapeKind};
 use crate::uniforms::{Uniforms, operands_first};
 use paint::Coverage;
 use sdfc_lang::Diagnostic;
@@ -98,8 +98,9 @@ pub(crate) fn lower_leaf_ids(
     uniforms: &mut Uniforms,
     boxes: &mut ShapeBounds,
 ) -> (Graph, LeafTracker) {
-    let (graph, trail, _) = lower_for(scene, shape, Purpose::LeafIds, slopes, uniforms, boxes);
-    (graph, trail)
+    let (graph, leaf_tracker, _) =
+        lower_for(scene, shape, Purpose::LeafIds, slopes, uniforms, boxes);
+    (graph, leaf_tracker)
 }
 
 fn lower_for(
@@ -360,8 +361,8 @@ impl Lowering<'_> {
                 }
             }
             ShapeKind::Nothing => {
-                let nowhere = GraphNumber::Constant(NOWHERE as f32);
-                self.graph.add(GraphNode::Constant(nowhere))
+                let no_surface = GraphNumber::Constant(NO_SURFACE_DISTANCE as f32);
+                self.graph.add(GraphNode::Constant(no_surface))
             }
         };
         self.graph.set_origin(node, origin);

@@ -247,7 +247,7 @@ pub struct NeighbourCells {
 }
 
 /// Value of the empty shape: farther than anything that a ray can meet.
-pub(crate) const NOWHERE: f64 = 1e9;
+pub(crate) const NO_SURFACE_DISTANCE: f64 = 1e9;
 /// Value of a polygon before its first edge: a distance longer than any in a scene.
 pub(crate) const NO_EDGE: f64 = 1e30;
 

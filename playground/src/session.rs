@@ -23,7 +23,7 @@ mod refinement;
 
 pub use engine_selection::{Devices, EngineChoice};
 pub use event::{CameraEvent, Event, OneOffTask, Task, TaskResult, TimeEvent};
-pub use params::Knob;
+pub use params::ParamState;
 pub use queries::PictureFacts;
 pub use refinement::RefinementStage;
 
@@ -33,7 +33,7 @@ use crate::renderer::{CancelToken, DrawTimes, PickResult, Picture, ViewMode};
 use crate::timeline::Timeline;
 use engine_selection::{EngineSelection, EngineTier};
 use motion::Anchor;
-use params::{Knobs, ParamChange};
+use params::{ParamChange, ParamStates};
 use refinement::RayCost;
 use sdfc_io::watcher::SETTLE_DELAY;
 use sdfc_runtime::engine::EngineKind;
@@ -69,7 +69,7 @@ pub struct Session {
     problem: Option<(u64, String)>,
     build_times: [Duration; 2],
 
-    knobs: Knobs,
+    params: ParamStates,
     camera: Option<OrbitCamera>,
     /// Name of the displayed scene camera; `None` selects the scene's first camera.
     camera_name: Option<String>,
@@ -150,7 +150,7 @@ impl Session {
             broken: false,
             problem: None,
             build_times: [Duration::ZERO; 2],
-            knobs: Knobs::default(),
+            params: ParamStates::default(),
             camera: None,
             camera_name: None,
             is_camera_moved: false,
@@ -189,16 +189,16 @@ impl Session {
                 }
             }
             Event::Set(index, value) => {
-                let change = self.knobs.set(index, value);
+                let change = self.params.set(index, value);
                 self.on_param_change(change, now);
             }
             Event::Reset(index) => {
-                let change = self.knobs.reset(index);
+                let change = self.params.reset(index);
                 self.on_param_change(change, now);
             }
             Event::ResetAll => {
-                for index in 0..self.knobs.all().len() {
-                    let change = self.knobs.reset(index);
+                for index in 0..self.params.all().len() {
+                    let change = self.params.reset(index);
                     self.on_param_change(change, now);
                 }
             }
@@ -298,7 +298,7 @@ impl Session {
         // A build in progress belongs to the previous scene.
         self.building = None;
         self.scene = None;
-        self.knobs = Knobs::default();
+        self.params = ParamStates::default();
         self.camera = None;
         self.camera_name = None;
         self.is_camera_moved = false;
@@ -335,7 +335,7 @@ impl Session {
         self.tasks.push(Task::Build(BuildTask {
             number: self.last_build,
             source: self.source.clone(),
-            overrides: self.knobs.overrides(),
+            overrides: self.params.overrides(),
             time: self.time(),
             part: None,
         }));
@@ -357,9 +357,9 @@ impl Session {
         let Some(scene) = built.scene else {
             return;
         };
-        self.knobs.take(&scene);
-        if !self.knobs.matches_structure(&scene) {
-            let present = self.knobs.overrides();
+        self.params.take(&scene);
+        if !self.params.matches_structure(&scene) {
+            let present = self.params.overrides();
             match built.rejected {
                 // Building with these values again would fail again.
                 Some(rejected) if rejected.overrides == present => {

@@ -220,7 +220,7 @@ impl eframe::App for Window {
                 .exact_size(34.0)
                 .show(ui, |ui| timebar::show(ui, session, &mut events));
         }
-        if state.panels && !session.knobs().is_empty() {
+        if state.panels && !session.params().is_empty() {
             Panel::left("params")
                 .frame(margins(12, 8))
                 .default_size(250.0)

@@ -38,7 +38,7 @@ const DEFAULT_GRADIENT_LENGTH_PER_SIZE: f64 = 1e-6;
 /// coordinates.
 const MAX_PAINT_DIFFERENCE_PER_SIZE: f64 = 1e-6;
 /// Lower limit of the size of coordinates, as a fraction of the scene's size.
-const MIN_SIZE_SHARE: f64 = 1e-3;
+const MIN_SIZE_FRACTION: f64 = 1e-3;
 
 /// A scene at the current values of its parameters and at a fixed time.
 #[derive(Debug)]
@@ -102,6 +102,6 @@ impl Oracle {
     }
 
     fn size_at(&self, p: Point) -> f64 {
-        max_coordinate(p).max(MIN_SIZE_SHARE * self.size)
+        max_coordinate(p).max(MIN_SIZE_FRACTION * self.size)
     }
 }

@@ -58,55 +58,58 @@ struct Decisions {
 }
 
 thread_local! {
-    static ANSWERS: RefCell<Decisions> = const {
+    static DECISIONS: RefCell<Decisions> = const {
         RefCell::new(Decisions { made: Vec::new(), limit: 0, undecided: 0 })
     };
 }
 
 /// Returns the decision of a branch with two alternatives; `None` if it must use a hull.
 fn decide(identity: u64) -> Option<bool> {
-    ANSWERS.with_borrow_mut(|answers| {
-        let known = answers.made.iter().find(|given| given.0 == identity);
+    DECISIONS.with_borrow_mut(|decisions| {
+        let known = decisions.made.iter().find(|given| given.0 == identity);
         if let Some(&(_, answer)) = known {
             return Some(answer);
         }
-        if answers.made.len() >= answers.limit {
-            answers.undecided += 1;
+        if decisions.made.len() >= decisions.limit {
+            decisions.undecided += 1;
             return None;
         }
-        answers.made.push((identity, false));
+        decisions.made.push((identity, false));
         Some(false)
     })
 }
 
 /// Reports whether branches are decided rather than replaced by hulls.
 fn is_branching() -> bool {
-    ANSWERS.with_borrow(|answers| answers.limit > 0)
+    DECISIONS.with_borrow(|decisions| decisions.limit > 0)
 }
 
 fn count_undecided() {
-    ANSWERS.with_borrow_mut(|answers| answers.undecided += 1);
+    DECISIONS.with_borrow_mut(|decisions| decisions.undecided += 1);
 }
 
 /// Runs a computation once, with hulls in place of all decisions, as [`Interval`] does. The second result
 /// is true if no floor, selection or angle was undecided. On this box, the computation is then a continuous
 /// function with the derivatives of its formula.
 pub fn eval_hull(run: impl FnOnce() -> BranchInterval) -> (Interval, bool) {
-    ANSWERS.with_borrow_mut(|answers| {
-        answers.made.clear();
-        answers.limit = 0;
-        answers.undecided = 0;
+    DECISIONS.with_borrow_mut(|decisions| {
+        decisions.made.clear();
+        decisions.limit = 0;
+        decisions.undecided = 0;
     });
     let range = run().range;
-    (range, ANSWERS.with_borrow(|answers| answers.undecided == 0))
+    (
+        range,
+        DECISIONS.with_borrow(|decisions| decisions.undecided == 0),
+    )
 }
 
 /// Runs a computation for all combinations of decisions and returns the hull of the results. Stops early,
 /// with a partial hull, once the hull contains zero.
 pub fn eval_all_branches(mut run: impl FnMut() -> BranchInterval) -> Interval {
-    ANSWERS.with_borrow_mut(|answers| {
-        answers.made.clear();
-        answers.limit = MAX_OPEN_BRANCHES;
+    DECISIONS.with_borrow_mut(|decisions| {
+        decisions.made.clear();
+        decisions.limit = MAX_OPEN_BRANCHES;
     });
     let mut hull_so_far: Option<Interval> = None;
     loop {
@@ -121,10 +124,10 @@ pub fn eval_all_branches(mut run: impl FnMut() -> BranchInterval) -> Interval {
 
 /// Changes the last decision to its other alternative; reports whether there was one left.
 fn next_decisions() -> bool {
-    ANSWERS.with_borrow_mut(|answers| {
-        while let Some((identity, answer)) = answers.made.pop() {
+    DECISIONS.with_borrow_mut(|decisions| {
+        while let Some((identity, answer)) = decisions.made.pop() {
             if !answer {
-                answers.made.push((identity, true));
+                decisions.made.push((identity, true));
                 return true;
             }
         }

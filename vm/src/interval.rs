@@ -138,7 +138,7 @@ impl Endpoint for f32 {
 
 /// A number near the overflow limit of `f32`. The lower end of an increasing function is at most this, and the
 /// upper end at least its negative, so that no end becomes ∞ − ∞.
-const LARGE: f64 = 3e38;
+const NEAR_OVERFLOW: f64 = 3e38;
 
 /// Reports whether a number is not NaN.
 #[inline(always)]
@@ -283,7 +283,10 @@ impl<E: Endpoint> GenericInterval<E> {
     #[inline(always)]
     fn increasing(self, f: impl Fn(E) -> E) -> Self {
         // Infinite results are clamped; otherwise their error would be infinite as well.
-        let (lo, hi) = (f(self.lo).min(lit(LARGE)), f(self.hi).max(lit(-LARGE)));
+        let (lo, hi) = (
+            f(self.lo).min(lit(NEAR_OVERFLOW)),
+            f(self.hi).max(lit(-NEAR_OVERFLOW)),
+        );
         Self::widened(lo - E::exponential_error(lo), hi + E::exponential_error(hi))
     }
     /// Returns the range of a wave over this interval of radians. The wave is a sine or cosine `f` whose

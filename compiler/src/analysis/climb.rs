@@ -15,7 +15,7 @@ const START_DIRECTIONS: u32 = 144;
 /// Ratio of the distances of successive shells of starts; the largest is the box's half diagonal.
 const SHELL_RATIO: f64 = 1.0 / 6.0;
 /// Number of shells.
-const SHELLS: i32 = 6;
+const SHELL_COUNT: i32 = 6;
 /// Maximum number of steps of a descent.
 const MAX_DESCENT_STEPS: usize = 40;
 /// Step at which a descent ends, in half diagonals of the box.
@@ -53,7 +53,7 @@ impl<'a> SurfaceClimb<'a> {
         let centre = DVec3::from(bounds.centre());
         for start in 0..START_DIRECTIONS {
             let direction = DVec3::from(fibonacci_direction(start, START_DIRECTIONS));
-            let distance = climb.half * SHELL_RATIO.powi(start as i32 % SHELLS);
+            let distance = climb.half * SHELL_RATIO.powi(start as i32 % SHELL_COUNT);
             let points = climb.descend_within(centre + direction * distance);
             climb.points.extend(points);
         }

@@ -159,7 +159,7 @@ impl ExtentSearch<'_> {
             return;
         }
         let (mut not_proved, mut proved) = (-1.0, 1.0);
-        for _ in 0..BISECTIONS {
+        for _ in 0..BISECTION_COUNT {
             let middle = (not_proved + proved) / 2.0;
             let half_space = half_space_beyond(coordinate(middle));
             if half_space.is_empty() || is_positive(self.over(&half_space)) {
@@ -307,7 +307,7 @@ impl ExtentSearch<'_> {
 }
 
 /// Number of bisections of a side's coordinate.
-const BISECTIONS: u32 = 40;
+const BISECTION_COUNT: u32 = 40;
 
 /// Reports whether all of a range is above zero; false if it holds NaN.
 fn is_positive(range: Interval) -> bool {

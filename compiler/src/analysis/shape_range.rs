@@ -5,7 +5,9 @@
 
 use crate::analysis::box_eval::{BoxNumber, UniformInput};
 use crate::expression::ExprId;
-use crate::scene::{NO_EDGE, NOWHERE, SceneRef, ShapeId, ShapeKind, grid_cells, neighbour};
+use crate::scene::{
+    NO_EDGE, NO_SURFACE_DISTANCE, SceneRef, ShapeId, ShapeKind, grid_cells, neighbour,
+};
 use sdfc_vm::apply::{OpResult, apply, pack_parameters};
 use sdfc_vm::bounds::Bounds;
 use sdfc_vm::interval::Interval;
@@ -53,7 +55,7 @@ impl<'s, 'u> ShapeRange<'s, 'u> {
         self.operations += 1;
         let scene = self.scene;
         match &scene.shapes[id.0 as usize].kind {
-            ShapeKind::Nothing => Interval::point(NOWHERE),
+            ShapeKind::Nothing => Interval::point(NO_SURFACE_DISTANCE),
             ShapeKind::Painted { child, .. } => self.range_at(*child, p),
             ShapeKind::Primitive { op, parameters } => self.apply(*op, p, &[], parameters),
             ShapeKind::Field { value, .. } => self.number(*value, p),

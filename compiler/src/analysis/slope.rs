@@ -204,7 +204,7 @@ pub(crate) fn is_unmarchable(slope: f64) -> bool {
 }
 
 /// Number of bisections towards a zero.
-const BISECTIONS: usize = 12;
+const BISECTION_COUNT: usize = 12;
 /// Number of points at which slopes are sampled.
 const SAMPLE_POINTS: usize = 400;
 
@@ -243,7 +243,7 @@ pub(crate) fn estimated_slope(
 /// `first`.
 fn slope_at_zero(search: &mut SlopeSearch, [mut from, mut to]: [[f64; 3]; 2], first: f64) -> f64 {
     let mut slope = 0.0;
-    for _ in 0..BISECTIONS {
+    for _ in 0..BISECTION_COUNT {
         let middle = std::array::from_fn(|axis| (from[axis] + to[axis]) / 2.0);
         let (value, slope_here) = search.value_and_slope_at(middle);
         slope = slope_here;

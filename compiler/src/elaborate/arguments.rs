@@ -451,13 +451,13 @@ pub(crate) fn mismatch_diagnostic(
 /// Diagnostic for an argument of the wrong type.
 pub(crate) fn wrong_type(
     call: &Invocation<'_>,
-    formal: &str,
+    param_name: &str,
     expected: &str,
     got: &str,
     span: Span,
 ) -> Diagnostic {
     let message = format!(
-        "`{}` takes {expected} for `{formal}`, and this is {got}",
+        "`{}` takes {expected} for `{param_name}`, and this is {got}",
         call.name
     );
     Diagnostic::error(codes::E0301, span, message).label(call.name_span, "")

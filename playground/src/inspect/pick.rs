@@ -239,12 +239,16 @@ impl fmt::Display for Pick {
         let PointError {
             field,
             pixels,
-            branch_uncertain: torn,
+            branch_uncertain,
         } = self.rounding;
-        let torn = if torn { ", at a seam" } else { "" };
+        let note = if branch_uncertain {
+            ", branch uncertain"
+        } else {
+            ""
+        };
         write!(
             f,
-            "rounding   at most {field:.1e}, {pixels:.1e} pixels{torn}"
+            "rounding   at most {field:.1e}, {pixels:.1e} pixels{note}"
         )
     }
 }

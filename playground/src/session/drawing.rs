@@ -21,7 +21,7 @@ impl Session {
         let scene = self
             .scene
             .as_ref()
-            .filter(|scene| self.knobs.matches_structure(scene))?;
+            .filter(|scene| self.params.matches_structure(scene))?;
         let key = PreparedKey {
             scene: scene.number,
             mode: self.show.mode(),
@@ -55,7 +55,7 @@ impl Session {
             number: self.last_picture,
             scene,
             inputs: SceneInputs {
-                values: self.knobs.values(),
+                values: self.params.values(),
                 time: self.time(),
             },
             engine,

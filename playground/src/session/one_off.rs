@@ -25,7 +25,7 @@ impl Session {
         self.tasks.push(Task::Pick(Box::new(PickTask {
             scene,
             inputs: SceneInputs {
-                values: self.knobs.values(),
+                values: self.params.values(),
                 time: self.time(),
             },
             engine,
@@ -58,18 +58,23 @@ impl Session {
         };
         let mut edits: HashMap<_, Vec<_>> = HashMap::new();
         for &index in indices {
-            let Some(knob) = self.knobs.all().get(index).filter(|knob| knob.is_changed()) else {
+            let Some(param) = self
+                .params
+                .all()
+                .get(index)
+                .filter(|param| param.is_changed())
+            else {
                 continue;
             };
-            let Some(source) = &knob.source else {
-                let why = format!("`{}` is not in a text", knob.spec.name);
+            let Some(source) = &param.source else {
+                let why = format!("`{}` is not in a text", param.spec.name);
                 self.message = Some(Err(why));
                 continue;
             };
             let edit = (
                 scene.sources.range(source.span),
-                knob.text(),
-                knob.spec.name.clone(),
+                param.text(),
+                param.spec.name.clone(),
             );
             edits.entry(source.span.file).or_default().push(edit);
         }

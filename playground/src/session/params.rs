@@ -7,7 +7,7 @@ use std::sync::Arc;
 
 /// A param with its current value and its notation in the source text.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Knob {
+pub struct ParamState {
     /// Declaration of the param; `spec.default` is the value in the text.
     pub spec: Param,
     /// Current value: one number, three for a colour (linear), or as many as a vector has.
@@ -16,7 +16,7 @@ pub struct Knob {
     pub source: Option<ParamSource>,
 }
 
-impl Knob {
+impl ParamState {
     /// Reports whether the value differs from the text.
     pub fn is_changed(&self) -> bool {
         self.value != self.spec.default
@@ -80,12 +80,12 @@ pub(crate) enum ParamChange {
 
 /// All params of a scene.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Knobs {
-    all: Vec<Knob>,
+pub(crate) struct ParamStates {
+    all: Vec<ParamState>,
 }
 
-impl Knobs {
-    pub(crate) fn all(&self) -> &[Knob] {
+impl ParamStates {
+    pub(crate) fn all(&self) -> &[ParamState] {
         &self.all
     }
 
@@ -94,7 +94,7 @@ impl Knobs {
         let previous = std::mem::take(&mut self.all);
         let params = &scene.opened.compiled.module.settings.params;
         for (spec, source) in params.iter().zip(&scene.param_sources) {
-            let mut knob = Knob {
+            let mut param = ParamState {
                 value: spec.default.clone(),
                 spec: spec.clone(),
                 source: source.clone(),
@@ -104,22 +104,22 @@ impl Knobs {
                 .find(|old| old.spec.name == spec.name && old.spec.kind == spec.kind);
             if let Some(value) = old
                 .filter(|old| old.is_changed())
-                .and_then(|old| knob.clamped(old.value.clone()))
+                .and_then(|old| param.clamped(old.value.clone()))
             {
-                knob.value = value;
+                param.value = value;
             }
-            self.all.push(knob);
+            self.all.push(param);
         }
     }
 
     pub(crate) fn set(&mut self, index: usize, value: Vec<f64>) -> ParamChange {
-        let Some(knob) = self.all.get_mut(index) else {
+        let Some(param) = self.all.get_mut(index) else {
             return ParamChange::None;
         };
-        match knob.clamped(value) {
-            Some(value) if value != knob.value => {
-                knob.value = value;
-                if knob.spec.structural {
+        match param.clamped(value) {
+            Some(value) if value != param.value => {
+                param.value = value;
+                if param.spec.structural {
                     ParamChange::Structural
                 } else {
                     ParamChange::Live
@@ -131,22 +131,23 @@ impl Knobs {
 
     pub(crate) fn reset(&mut self, index: usize) -> ParamChange {
         match self.all.get(index) {
-            Some(knob) => self.set(index, knob.spec.default.clone()),
+            Some(param) => self.set(index, param.spec.default.clone()),
             None => ParamChange::None,
         }
     }
 
     /// Returns the values passed to engines.
     pub(crate) fn values(&self) -> Arc<Vec<Vec<f64>>> {
-        Arc::new(self.all.iter().map(|knob| knob.value.clone()).collect())
+        Arc::new(self.all.iter().map(|param| param.value.clone()).collect())
     }
 
     /// Returns the build overrides: the structural params that differ from the text.
     pub(crate) fn overrides(&self) -> Vec<(String, String)> {
-        let is_structural_override = |knob: &&Knob| knob.spec.structural && knob.is_changed();
+        let is_structural_override =
+            |param: &&ParamState| param.spec.structural && param.is_changed();
         let overridden = self.all.iter().filter(is_structural_override);
         overridden
-            .map(|knob| (knob.spec.name.clone(), knob.text()))
+            .map(|param| (param.spec.name.clone(), param.text()))
             .collect()
     }
 
@@ -156,6 +157,6 @@ impl Knobs {
         self.all
             .iter()
             .zip(params)
-            .all(|(knob, built)| !knob.spec.structural || knob.value == built.value)
+            .all(|(param, built)| !param.spec.structural || param.value == built.value)
     }
 }

@@ -1,6 +1,6 @@
 //! Read access to a session for front-ends.
 
-use super::{Knob, RefinementStage, Session};
+use super::{ParamState, RefinementStage, Session};
 use crate::build::SceneOrigin;
 use crate::camera::OrbitCamera;
 use crate::renderer::{PickResult, Picture, ViewMode};
@@ -113,8 +113,8 @@ impl Session {
     }
 
     /// Returns the params.
-    pub fn knobs(&self) -> &[Knob] {
-        self.knobs.all()
+    pub fn params(&self) -> &[ParamState] {
+        self.params.all()
     }
 
     /// Returns the camera, once a picture exists.

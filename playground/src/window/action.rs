@@ -285,8 +285,8 @@ impl Action {
             Self::Step(frames) => events.push(Event::Time(TimeEvent::Step(frames))),
             Self::ResetParams => events.push(Event::ResetAll),
             Self::WriteParams => {
-                let knobs = session.knobs().iter().enumerate();
-                let changed = knobs.filter(|(_, knob)| knob.is_changed());
+                let params = session.params().iter().enumerate();
+                let changed = params.filter(|(_, param)| param.is_changed());
                 let changed: Vec<usize> = changed.map(|(index, _)| index).collect();
                 if !changed.is_empty() {
                     events.push(Event::WriteBack(changed));

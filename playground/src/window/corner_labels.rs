@@ -139,15 +139,15 @@ fn description(ui: &mut Ui, pick: &Pick) {
         );
         row("field", format!("{:.2e}", pick.field));
         row("slope", format!("{:.4} of at most 1", pick.slope));
-        let torn = if pick.rounding.branch_uncertain {
-            ", at a seam"
+        let branch_note = if pick.rounding.branch_uncertain {
+            ", branch uncertain"
         } else {
             ""
         };
         row(
             "error",
             format!(
-                "{:.1e}, {:.1e} pixels{torn}",
+                "{:.1e}, {:.1e} pixels{branch_note}",
                 pick.rounding.field, pick.rounding.pixels
             ),
         );

@@ -3,7 +3,7 @@
 use super::action::{Action, key_of};
 use super::icon::{self, Icon};
 use super::theme;
-use crate::session::{Event, Knob, Session};
+use crate::session::{Event, ParamState, Session};
 use eframe::egui::{self, Align, DragValue, Layout, RichText, Slider, Ui, vec2};
 use sdfc_vm::settings::ParamKind;
 
@@ -13,14 +13,14 @@ pub(super) fn show(ui: &mut Ui, session: &Session, events: &mut Vec<Event>) -> V
     ui.add_space(2.0);
     ui.label(theme::heading("PARAMS"));
     ui.add_space(2.0);
-    let is_changed = session.knobs().iter().any(Knob::is_changed);
+    let is_changed = session.params().iter().any(ParamState::is_changed);
     let bottom = 34.0;
     egui::ScrollArea::vertical()
         .max_height((ui.available_height() - bottom).max(60.0))
         .auto_shrink([false, true])
         .show(ui, |ui| {
-            for (index, knob) in session.knobs().iter().enumerate() {
-                ui.push_id(index, |ui| row(ui, index, knob, events));
+            for (index, param) in session.params().iter().enumerate() {
+                ui.push_id(index, |ui| row(ui, index, param, events));
                 ui.add_space(5.0);
             }
         });
@@ -47,44 +47,44 @@ pub(super) fn show(ui: &mut Ui, session: &Session, events: &mut Vec<Event>) -> V
 }
 
 /// Shows a param: its name, its value, and a slider below if it has a range.
-fn row(ui: &mut Ui, index: usize, knob: &Knob, events: &mut Vec<Event>) {
-    let scale = DisplayScale::from_knob(knob);
-    let mut value = knob.value.clone();
+fn row(ui: &mut Ui, index: usize, param: &ParamState, events: &mut Vec<Event>) {
+    let scale = DisplayScale::from_param(param);
+    let mut value = param.value.clone();
     let mut changed = false;
     ui.horizontal(|ui| {
-        let name_width = (ui.available_width() - controls_width(knob)).max(40.0);
+        let name_width = (ui.available_width() - controls_width(param)).max(40.0);
         ui.scope(|ui| {
             ui.set_max_width(name_width);
-            name(ui, knob);
+            name(ui, param);
         });
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
-            changed |= compact(ui, knob, &scale, &mut value);
-            if knob.is_changed() {
-                buttons(ui, index, knob, events);
+            changed |= compact(ui, param, &scale, &mut value);
+            if param.is_changed() {
+                buttons(ui, index, param, events);
             }
         });
     });
-    let ranged = knob.spec.range.filter(|_| value.len() == 1);
-    if let Some(range) = ranged.filter(|_| knob.spec.kind != ParamKind::Bool) {
-        changed |= slider(ui, knob, &scale, range, &mut value[0]);
+    let ranged = param.spec.range.filter(|_| value.len() == 1);
+    if let Some(range) = ranged.filter(|_| param.spec.kind != ParamKind::Bool) {
+        changed |= slider(ui, param, &scale, range, &mut value[0]);
     }
     if changed {
         events.push(Event::Set(
             index,
-            snapped_to_default(value, &knob.spec.default),
+            snapped_to_default(value, &param.spec.default),
         ));
     }
 }
 
 /// Returns the width of the controls in a param's line.
-fn controls_width(knob: &Knob) -> f32 {
-    let control_width = match (knob.spec.kind, knob.value.len()) {
+fn controls_width(param: &ParamState) -> f32 {
+    let control_width = match (param.spec.kind, param.value.len()) {
         (ParamKind::Bool, _) => 24.0,
         (ParamKind::Color, _) | (_, 1) => 68.0,
         (_, count) => 50.0 * count as f32,
     };
-    let buttons = if knob.is_changed() { 46.0 } else { 0.0 };
-    let mark = if knob.spec.structural { 50.0 } else { 0.0 };
+    let buttons = if param.is_changed() { 46.0 } else { 0.0 };
+    let mark = if param.spec.structural { 50.0 } else { 0.0 };
     control_width + buttons + mark
 }
 
@@ -98,18 +98,18 @@ struct DisplayScale {
 }
 
 impl DisplayScale {
-    fn from_knob(knob: &Knob) -> Self {
-        let (unit, factor) = knob.unit();
-        let is_integer = knob.spec.kind == ParamKind::Int;
-        let step = knob.spec.step.map(|step| step / factor);
+    fn from_param(param: &ParamState) -> Self {
+        let (unit, factor) = param.unit();
+        let is_integer = param.spec.kind == ParamKind::Int;
+        let step = param.spec.step.map(|step| step / factor);
         let step = if is_integer {
             Some(step.unwrap_or(1.0))
         } else {
             step
         };
-        let range_width = match knob.spec.range {
+        let range_width = match param.spec.range {
             Some((min, max)) => (max - min) / factor,
-            None => (knob.spec.default[0] / factor).abs().max(1.0),
+            None => (param.spec.default[0] / factor).abs().max(1.0),
         };
         // Three digits of the range, or those of the step.
         let resolution = step.unwrap_or(range_width * 1e-3).abs().max(1e-9);
@@ -126,40 +126,40 @@ impl DisplayScale {
         }
     }
 
-    fn speed(&self, knob: &Knob) -> f64 {
-        let range_width = knob.spec.range.map(|(min, max)| (max - min) / self.factor);
-        let size = (knob.spec.default[0] / self.factor).abs().max(0.1);
+    fn speed(&self, param: &ParamState) -> f64 {
+        let range_width = param.spec.range.map(|(min, max)| (max - min) / self.factor);
+        let size = (param.spec.default[0] / self.factor).abs().max(0.1);
         self.step
             .unwrap_or(range_width.unwrap_or(2.0 * size) / 200.0)
     }
 }
 
-fn name(ui: &mut Ui, knob: &Knob) {
-    let color = if knob.is_changed() {
+fn name(ui: &mut Ui, param: &ParamState) {
+    let color = if param.is_changed() {
         theme::ACCENT
     } else {
         theme::TEXT
     };
-    let text = RichText::new(&knob.spec.name).color(color);
+    let text = RichText::new(&param.spec.name).color(color);
     let response = ui.add(egui::Label::new(text).truncate());
-    if knob.spec.structural {
+    if param.spec.structural {
         ui.label(RichText::new("rebuilds").size(10.5).color(theme::WEAK))
             .on_hover_text("it decides the structure: a change compiles the scene again");
     }
     response.on_hover_ui(|ui| {
-        if !knob.spec.doc.is_empty() {
-            ui.label(&knob.spec.doc);
+        if !param.spec.doc.is_empty() {
+            ui.label(&param.spec.doc);
         }
-        let range = knob.spec.range.map(|(min, max)| {
-            let (unit, factor) = knob.unit();
-            let dots = if knob.spec.inclusive { "..=" } else { ".." };
+        let range = param.spec.range.map(|(min, max)| {
+            let (unit, factor) = param.unit();
+            let dots = if param.spec.inclusive { "..=" } else { ".." };
             let [min, max] = [min, max].map(|v| format_short(v / factor));
             format!(", {min}{unit}{dots}{max}{unit}")
         });
         let text = format!(
             "{} = {}{}",
-            knob.spec.name,
-            knob.text(),
+            param.spec.name,
+            param.text(),
             range.unwrap_or_default()
         );
         ui.label(
@@ -171,8 +171,8 @@ fn name(ui: &mut Ui, knob: &Knob) {
 }
 
 /// Shows the control at the end of a param's line; returns whether it changed the value.
-fn compact(ui: &mut Ui, knob: &Knob, scale: &DisplayScale, value: &mut [f64]) -> bool {
-    match (knob.spec.kind, value) {
+fn compact(ui: &mut Ui, param: &ParamState, scale: &DisplayScale, value: &mut [f64]) -> bool {
+    match (param.spec.kind, value) {
         (ParamKind::Bool, [value]) => {
             let mut is_on = *value != 0.0;
             let changed = ui.checkbox(&mut is_on, "").changed();
@@ -192,7 +192,7 @@ fn compact(ui: &mut Ui, knob: &Knob, scale: &DisplayScale, value: &mut [f64]) ->
         }
         (_, [value]) => {
             ui.spacing_mut().interact_size.x = 64.0;
-            number(ui, knob, scale, value, "")
+            number(ui, param, scale, value, "")
         }
         (_, value) => {
             // Laid out from right to left, so that x is on the left.
@@ -201,7 +201,7 @@ fn compact(ui: &mut Ui, knob: &Knob, scale: &DisplayScale, value: &mut [f64]) ->
             ui.spacing_mut().item_spacing.x = 3.0;
             ui.spacing_mut().interact_size.x = 46.0;
             for (axis, value) in value.iter_mut().enumerate().rev() {
-                changed |= number(ui, knob, scale, value, names.get(axis).unwrap_or(&""));
+                changed |= number(ui, param, scale, value, names.get(axis).unwrap_or(&""));
             }
             changed
         }
@@ -209,14 +209,20 @@ fn compact(ui: &mut Ui, knob: &Knob, scale: &DisplayScale, value: &mut [f64]) ->
 }
 
 /// Shows a number that can be dragged or typed.
-fn number(ui: &mut Ui, knob: &Knob, scale: &DisplayScale, value: &mut f64, prefix: &str) -> bool {
+fn number(
+    ui: &mut Ui,
+    param: &ParamState,
+    scale: &DisplayScale,
+    value: &mut f64,
+    prefix: &str,
+) -> bool {
     let mut shown = *value / scale.factor;
     let mut drag = DragValue::new(&mut shown)
         .prefix(prefix)
         .suffix(scale.unit)
-        .speed(scale.speed(knob))
+        .speed(scale.speed(param))
         .max_decimals(scale.decimals);
-    if let Some((min, max)) = knob.spec.range {
+    if let Some((min, max)) = param.spec.range {
         drag = drag.range(min / scale.factor..=max / scale.factor);
     }
     let changed = ui.add(drag).changed();
@@ -228,7 +234,7 @@ fn number(ui: &mut Ui, knob: &Knob, scale: &DisplayScale, value: &mut f64, prefi
 
 fn slider(
     ui: &mut Ui,
-    knob: &Knob,
+    param: &ParamState,
     scale: &DisplayScale,
     range: (f64, f64),
     value: &mut f64,
@@ -244,7 +250,7 @@ fn slider(
     let changed = ui.add(slider).changed();
     if changed {
         *value = shown * scale.factor;
-        if knob.spec.kind == ParamKind::Int {
+        if param.spec.kind == ParamKind::Int {
             *value = value.round();
         }
     }
@@ -252,16 +258,16 @@ fn slider(
 }
 
 /// Shows the buttons that reset the value or write it into the text.
-fn buttons(ui: &mut Ui, index: usize, knob: &Knob, events: &mut Vec<Event>) {
+fn buttons(ui: &mut Ui, index: usize, param: &ParamState, events: &mut Vec<Event>) {
     ui.spacing_mut().item_spacing.x = 1.0;
     let size = vec2(20.0, 20.0);
     let reset = icon::button(ui, Icon::Reset, size, true);
     if reset.on_hover_text("as it stands in the text").clicked() {
         events.push(Event::Reset(index));
     }
-    if knob.source.is_some() {
+    if param.source.is_some() {
         let write = icon::button(ui, Icon::Write, size, true);
-        let text = format!("write {} into the text", knob.text());
+        let text = format!("write {} into the text", param.text());
         if write.on_hover_text(text).clicked() {
             events.push(Event::WriteBack(vec![index]));
         }

@@ -174,7 +174,7 @@ fn another_scene_is_opened_in_its_place() {
     let requested = harness.run_to_rest();
     assert!(requested.contains(&TaskKind::Watch(Vec::new())));
     assert_ne!(harness.picture_bytes(), previous);
-    assert!(harness.session.knobs().is_empty());
+    assert!(harness.session.params().is_empty());
 }
 
 #[test]
@@ -189,7 +189,7 @@ fn a_build_of_the_scene_before_is_not_taken_for_that_of_another() {
     let late = harness.perform(previous.remove(0)).unwrap();
     harness.session.finish_task(late, harness.now);
     assert!(
-        harness.session.knobs().is_empty(),
+        harness.session.params().is_empty(),
         "they are of the old scene"
     );
     for task in current_tasks {

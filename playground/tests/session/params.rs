@@ -43,7 +43,7 @@ fn a_structural_param_is_a_build_with_its_value() {
     let mut harness = Harness::new(SCENE);
     harness.run_to_rest();
     let previous = harness.picture_bytes();
-    assert!(harness.session.knobs()[1].spec.structural);
+    assert!(harness.session.params()[1].spec.structural);
     harness.handle(Event::Set(1, vec![4.0]));
     assert_eq!(builds(&harness.run_to_rest()), 1);
     assert_ne!(harness.picture_bytes(), previous);
@@ -60,12 +60,12 @@ fn values_stay_in_their_range_and_kind() {
     let mut harness = Harness::new(SCENE);
     harness.run_to_rest();
     harness.handle(Event::Set(0, vec![17.0]));
-    assert_eq!(harness.session.knobs()[0].value, [2.0]);
+    assert_eq!(harness.session.params()[0].value, [2.0]);
     harness.handle(Event::Set(1, vec![2.7]));
-    assert_eq!(harness.session.knobs()[1].value, [3.0]);
+    assert_eq!(harness.session.params()[1].value, [3.0]);
     for nonsense in [vec![], vec![f64::NAN], vec![1.0, 2.0]] {
         harness.handle(Event::Set(0, nonsense));
-        assert_eq!(harness.session.knobs()[0].value, [2.0]);
+        assert_eq!(harness.session.params()[0].value, [2.0]);
     }
     harness.handle(Event::Set(99, vec![1.0]));
 }
@@ -79,7 +79,12 @@ fn values_set_by_hand_survive_an_edit_where_they_fit() {
     harness.run_to_rest();
     harness.save(&SCENE.replace("n = 2 in 1..=5", "n = 2 in 1..=3"));
     harness.run_to_rest();
-    let values: Vec<_> = harness.session.knobs().iter().map(|k| k.value[0]).collect();
+    let values: Vec<_> = harness
+        .session
+        .params()
+        .iter()
+        .map(|k| k.value[0])
+        .collect();
     assert_eq!(values[..2], [0.75, 3.0]);
     let mut other = Harness::new(&SCENE.replace("n = 2", "n = 3"));
     other.run_to_rest();
@@ -113,9 +118,9 @@ fn a_value_is_written_into_the_text_and_nothing_else_changes() {
     assert!(
         harness
             .session
-            .knobs()
+            .params()
             .iter()
-            .all(|knob| !knob.is_changed())
+            .all(|param| !param.is_changed())
     );
     assert_eq!(harness.picture_bytes(), picture);
 }
@@ -154,10 +159,10 @@ fn a_condition_that_fails_is_a_report_until_it_holds() {
 fn units_are_the_authors() {
     let mut harness = Harness::new("param w = 60mm in 30mm..=120mm by 1mm;\nsphere(w)\n");
     harness.run_to_rest();
-    let knob = &harness.session.knobs()[0];
-    let (unit, size) = knob.unit();
+    let param = &harness.session.params()[0];
+    let (unit, size) = param.unit();
     assert_eq!(unit, "mm");
-    assert!((knob.value[0] / size - 60.0).abs() < 1e-9);
+    assert!((param.value[0] / size - 60.0).abs() < 1e-9);
     let value = 72.0 * size;
     harness.handle(Event::Set(0, vec![value]));
     harness.handle(Event::WriteBack(vec![0]));

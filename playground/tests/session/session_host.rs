@@ -86,7 +86,7 @@ fn pictures_and_texts_reach_their_files() {
     host.handle(Event::Set(0, vec![0.75]));
     host.handle(Event::WriteBack(vec![0]));
     run_until(&mut host, |s| {
-        s.message().is_some() && s.knobs().iter().all(|knob| !knob.is_changed())
+        s.message().is_some() && s.params().iter().all(|param| !param.is_changed())
     });
     let text = fs::read_to_string(&path).unwrap();
     assert_eq!(text, "param r = 0.75 in 0.5..2.0;\nsphere(r)\n");

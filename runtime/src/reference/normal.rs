@@ -36,8 +36,8 @@ pub(super) fn likely_normal(
 ) -> [f64; 3] {
     let gradient = DVec3::from(field.gradient(p)) * side;
     let size = gradient.length();
-    let faces_eye = gradient.dot(direction.into()) < 0.0;
-    match faces_eye && size > 1e-30 && size < 1e30 {
+    let faces_camera = gradient.dot(direction.into()) < 0.0;
+    match faces_camera && size > 1e-30 && size < 1e30 {
         true => (gradient / size).into(),
         false => direction.map(|v| -v),
     }

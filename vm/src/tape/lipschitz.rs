@@ -46,7 +46,7 @@ impl LipschitzBounds {
                 |register: u32| bounds.get(register as usize).copied().unwrap_or(0.0);
             let operand_bounds = clause.operands.map(register_bound);
             let point_stretch = stretch.get(clause.point as usize).copied().unwrap_or(1.0)
-                * frame_stretch(program, i);
+                * transform_stretch(program, i);
             let bound = match i.code {
                 Opcode::Op(op) => op_bound(program, i, op, operand_bounds, point_stretch),
                 Opcode::Load | Opcode::Store | Opcode::Top | Opcode::Paint => operand_bounds[0],
@@ -87,7 +87,7 @@ fn round_up(bound: f64) -> f32 {
 
 /// Returns an upper bound of the stretch of a point transform: the root of the largest row sum of its
 /// matrix times its own transpose. The bound is exact for a rotation with a uniform scale.
-fn frame_stretch(program: &Program, i: &Instruction) -> f64 {
+fn transform_stretch(program: &Program, i: &Instruction) -> f64 {
     let PointTransform::Affine(index) = i.transform else {
         return 1.0;
     };

@@ -80,7 +80,7 @@ fn no_operation_is_off_by_more_than_its_bound() {
     for (ratio, largest_bound, name) in slackest.iter().take(5) {
         eprintln!("{ratio:8.1} times what was seen, at most {largest_bound:.2e}: {name}");
     }
-    eprintln!("{uncertain} torn and {unknown} unknown of {all}");
+    eprintln!("{uncertain} uncertain and {unknown} unknown of {all}");
     let tightest = slackest
         .iter()
         .rev()
@@ -94,7 +94,7 @@ fn no_operation_is_off_by_more_than_its_bound() {
         .filter(|(ratio, largest_bound, _)| *ratio > 400.0 && *largest_bound > 1e-5);
     let silly: Vec<_> = silly.collect();
     assert!(silly.is_empty(), "{silly:?}");
-    assert!(uncertain * 50 < all, "{uncertain} of {all} are torn");
+    assert!(uncertain * 50 < all, "{uncertain} of {all} are uncertain");
     assert!(unknown * 50 < all, "of {unknown} in {all} nothing is known");
 }
 

@@ -8,7 +8,7 @@
 use super::region_bounds::RegionBounds;
 use crate::analysis::box_eval::HeldBranches;
 use crate::expression::{ExprId, Expression, Expressions};
-use crate::scene::NOWHERE;
+use crate::scene::NO_SURFACE_DISTANCE;
 use sdfc_vm::table::Op;
 use std::collections::HashMap;
 
@@ -212,7 +212,7 @@ impl<'a, 'b> LocalBoundBuilder<'a, 'b> {
         Some(LocalBound {
             slope: select_option(Some(a.slope), Some(b.slope), 0.0)?,
             growth: select_option(a.growth, b.growth, 0.0),
-            radius: select_option(a.radius, b.radius, NOWHERE),
+            radius: select_option(a.radius, b.radius, NO_SURFACE_DISTANCE),
         })
     }
 
@@ -231,9 +231,10 @@ impl<'a, 'b> LocalBoundBuilder<'a, 'b> {
         let return_distance = self.combine_options(Op::Min, Some(return_distance), local.radius)?;
         // Fraction of the distance at which the bound becomes infinite.
         let fraction = self.call(Op::Mul, &[return_distance, growth]);
-        let [zero, half, nowhere] = [0.0, 0.5, NOWHERE].map(|value| self.e.constant(value));
+        let [zero, half, no_surface] =
+            [0.0, 0.5, NO_SURFACE_DISTANCE].map(|value| self.e.constant(value));
         let is_beyond = self.call(Op::Less, &[half, fraction]);
-        let radius = local.radius.unwrap_or(nowhere);
+        let radius = local.radius.unwrap_or(no_surface);
         Some(LocalBound {
             slope: self.call(Op::Select, &[is_beyond, zero, local.slope]),
             growth: local.growth,

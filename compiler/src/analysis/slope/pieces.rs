@@ -19,7 +19,7 @@ use super::{Budget, SlopeSearch, sample_points, slope_bound};
 use crate::analysis::box_eval::HeldBranches;
 use crate::analysis::param_ranges::ParamRanges;
 use crate::expression::{ExprId, Expression, Expressions};
-use crate::scene::NOWHERE;
+use crate::scene::NO_SURFACE_DISTANCE;
 use crate::uniforms::{operands_first, rewrite_number};
 use glam::DVec3;
 use sdfc_vm::bounds::Bounds;
@@ -108,7 +108,9 @@ pub(crate) fn step(
         false => None,
     };
     let slope = match (bound, scope) {
-        (Some(slope), _) => LocalBound::everywhere(expressions, slope.max(1.0 / NOWHERE)),
+        (Some(slope), _) => {
+            LocalBound::everywhere(expressions, slope.max(1.0 / NO_SURFACE_DISTANCE))
+        }
         (None, SlopeScope::Region) => return None,
         (None, SlopeScope::PerPoint) => bound_without_global(
             expressions,
