@@ -99,27 +99,36 @@ pub enum VerifyError {
 /// Verifies a program. `outputs` is the number of results of its uniform program; `surface` is set for
 /// surface programs.
 pub fn verify(program: &Program, outputs: usize, surface: bool) -> Result<(), VerifyError> {
-    let limit = |what, need: usize, allowed: usize| {
-        if need > allowed {
-            Err(VerifyError::Limit {
-                what,
-                need,
-                allowed,
-            })
-        } else {
-            Ok(())
-        }
+    verify_tables(program, outputs)?;
+    let mut state = State {
+        program,
+        surface,
+        depth: 0,
+        points: 0,
+        stored: vec![false; program.slots as usize],
+        pending: 0,
+        blocks: Vec::new(),
     };
+    for (at, instruction) in program.code.iter().enumerate() {
+        state.close_blocks(at)?;
+        state.check(at, instruction)?;
+    }
+    state.close_blocks(program.code.len())?;
+    match state.depth {
+        1 => Ok(()),
+        left => Err(VerifyError::Leftover { left }),
+    }
+}
+
+/// Checks everything that does not depend on the state before an instruction.
+fn verify_tables(program: &Program, outputs: usize) -> Result<(), VerifyError> {
     if program.code.is_empty() {
         return Err(VerifyError::Empty);
     }
-    limit("instructions", program.code.len(), MAX_INSTRUCTIONS)?;
-    limit("slots", program.slots as usize, MAX_SLOTS)?;
-    if let Some(index) = program
-        .pool
-        .iter()
-        .position(|c| c.iter().any(|v| !v.is_finite()))
-    {
+    check_limit("instructions", program.code.len(), MAX_INSTRUCTIONS)?;
+    check_limit("slots", program.slots as usize, MAX_SLOTS)?;
+    let is_finite = |constant: &[f32; 4]| constant.iter().all(|v| v.is_finite());
+    if let Some(index) = program.pool.iter().position(|c| !is_finite(c)) {
         return Err(VerifyError::Constant { index });
     }
     let numbers = program.pool.len() * 4;
@@ -128,84 +137,146 @@ pub fn verify(program: &Program, outputs: usize, surface: bool) -> Result<(), Ve
             return Err(VerifyError::Patch { at });
         }
     }
+    Ok(())
+}
 
-    let (mut depth, mut points) = (0_usize, 0_usize);
-    let mut stored = vec![false; program.slots as usize];
-    let mut blocks: Vec<OpenBlock> = Vec::new();
-    // Channels that are not assigned to a material yet.
-    let mut pending = 0_usize;
-    for (at, i) in program.code.iter().enumerate() {
-        while let Some(block) = blocks.pop_if(|block| block.end == at) {
-            block.close(depth, points, pending, &mut stored)?;
+/// Checks a quantity against the format's limit.
+fn check_limit(what: &'static str, need: usize, allowed: usize) -> Result<(), VerifyError> {
+    match need > allowed {
+        true => Err(VerifyError::Limit {
+            what,
+            need,
+            allowed,
+        }),
+        false => Ok(()),
+    }
+}
+
+/// Returns the error of an instruction whose fields contradict each other.
+fn malformed(at: usize, i: &Instruction, problem: &'static str) -> VerifyError {
+    VerifyError::Malformed {
+        at,
+        name: i.code.name(),
+        problem,
+    }
+}
+
+/// State of the machine before an instruction, as far as it is known without running the program.
+struct State<'a> {
+    program: &'a Program,
+    /// Set for surface programs.
+    surface: bool,
+    /// Number of values on the stack.
+    depth: usize,
+    /// Number of saved points.
+    points: usize,
+    /// The slots that hold a value.
+    stored: Vec<bool>,
+    /// Number of channels that are not assigned to a material yet.
+    pending: usize,
+    /// The guards' blocks around the instruction, from the outermost one.
+    blocks: Vec<OpenBlock>,
+}
+
+impl State<'_> {
+    /// Closes the blocks that end before an instruction.
+    fn close_blocks(&mut self, at: usize) -> Result<(), VerifyError> {
+        while let Some(block) = self.blocks.pop_if(|block| block.end == at) {
+            block.close(self.depth, self.points, self.pending, &mut self.stored)?;
         }
-        let malformed = |problem| {
-            Err(VerifyError::Malformed {
-                at,
-                name: i.code.name(),
-                problem,
-            })
-        };
-        let pool = |index: u32, width: usize| {
-            let (index, size) = (index as usize, program.pool.len());
-            if index + width > size {
-                Err(VerifyError::Pool { at, index, size })
-            } else {
-                Ok(())
-            }
-        };
-        if i.code.is_surface() && !surface {
-            return malformed("occurs in a program without surfaces");
+        Ok(())
+    }
+
+    /// Checks an instruction, and updates the state.
+    fn check(&mut self, at: usize, i: &Instruction) -> Result<(), VerifyError> {
+        if i.code.is_surface() && !self.surface {
+            return Err(malformed(at, i, "occurs in a program without surfaces"));
         }
-        if i.pops as usize > points {
+        self.check_point(at, i)?;
+        let popped = self.pop_operands(at, i)?;
+        self.check_opcode(at, i)?;
+        if i.skips > 0 && i.code != Opcode::Guard {
+            return Err(malformed(at, i, "skips, but is no guard"));
+        }
+        self.check_destination(at, i, popped)?;
+        check_limit("values on the stack", self.depth, MAX_STACK_VALUES)
+    }
+
+    /// Checks that constants lie within the pool.
+    fn check_pool(&self, at: usize, index: u32, width: usize) -> Result<(), VerifyError> {
+        let (index, size) = (index as usize, self.program.pool.len());
+        match index + width > size {
+            true => Err(VerifyError::Pool { at, index, size }),
+            false => Ok(()),
+        }
+    }
+
+    /// Checks the point of an instruction: those that it pops and saves, and its transform.
+    fn check_point(&mut self, at: usize, i: &Instruction) -> Result<(), VerifyError> {
+        if i.pops as usize > self.points {
             return Err(VerifyError::Points {
                 at,
                 need: i.pops.into(),
-                have: points,
+                have: self.points,
             });
         }
-        points -= i.pops as usize;
-        if let Some(block) = blocks.last()
-            && let Some(problem) = block.point_error(points, i)
+        self.points -= i.pops as usize;
+        if let Some(block) = self.blocks.last()
+            && let Some(problem) = block.point_error(self.points, i)
         {
-            return malformed(problem);
+            return Err(malformed(at, i, problem));
         }
-        points += usize::from(i.push);
-        limit("points", points, MAX_STACK_POINTS)?;
+        self.points += usize::from(i.push);
+        check_limit("points", self.points, MAX_STACK_POINTS)?;
         match i.transform {
-            PointTransform::Identity => {}
-            _ if !i.code.reads_point() => return malformed("has a frame but reads no point"),
-            PointTransform::Translate(index) => pool(index, 1)?,
-            PointTransform::Affine(index) => pool(index, 3)?,
+            PointTransform::Identity => Ok(()),
+            _ if !i.code.reads_point() => Err(malformed(at, i, "has a frame but reads no point")),
+            PointTransform::Translate(index) => self.check_pool(at, index, 1),
+            PointTransform::Affine(index) => self.check_pool(at, index, 3),
         }
+    }
+
+    /// Checks the operands and parameters of an instruction, and pops the operands. Returns their number on the
+    /// stack.
+    fn pop_operands(&mut self, at: usize, i: &Instruction) -> Result<usize, VerifyError> {
         match i.operands {
             Operands::Stack => {}
-            _ if i.code.arity() != 2 => return malformed("has a constant operand"),
-            Operands::Right(index) | Operands::Left(index) => pool(index, 1)?,
+            _ if i.code.arity() != 2 => return Err(malformed(at, i, "has a constant operand")),
+            Operands::Right(index) | Operands::Left(index) => self.check_pool(at, index, 1)?,
         }
-        pool(i.parameters, i.code.pool_width())?;
+        self.check_pool(at, i.parameters, i.code.pool_width())?;
         let popped = i.pop_count();
-        if popped > depth {
+        if popped > self.depth {
             return Err(VerifyError::Underflow {
                 at,
                 need: popped,
-                have: depth,
+                have: self.depth,
             });
         }
-        depth -= popped;
+        self.depth -= popped;
         let blends = usize::from(i.destination != Destination::Push);
-        if let Some(block) = blocks.last()
-            && depth < block.depth + blends - 1
+        if let Some(block) = self.blocks.last()
+            && self.depth < block.depth + blends - 1
         {
-            return malformed("reaches below the value that its guard stands for");
+            let problem = "reaches below the value that its guard stands for";
+            return Err(malformed(at, i, problem));
         }
+        Ok(popped)
+    }
+
+    /// Checks an instruction's slot, channel or guard.
+    fn check_opcode(&mut self, at: usize, i: &Instruction) -> Result<(), VerifyError> {
+        let malformed = |problem| Err(malformed(at, i, problem));
         match i.code {
-            Opcode::Load if !stored.get(usize::from(i.slot)).is_some_and(|&s| s) => {
+            Opcode::Load if !self.stored.get(usize::from(i.slot)).is_some_and(|&s| s) => {
                 return Err(VerifyError::Slot { at, slot: i.slot });
             }
-            Opcode::Store => match stored.get_mut(usize::from(i.slot)) {
+            Opcode::Store => match self.stored.get_mut(usize::from(i.slot)) {
                 Some(slot) => {
                     *slot = true;
-                    blocks.iter_mut().for_each(|block| block.stores(i.slot));
+                    self.blocks
+                        .iter_mut()
+                        .for_each(|block| block.stores(i.slot));
                 }
                 None => return malformed("names a slot that the program does not have"),
             },
@@ -213,47 +284,60 @@ pub fn verify(program: &Program, outputs: usize, surface: bool) -> Result<(), Ve
             Opcode::Channel if usize::from(i.slot) >= CHANNELS => {
                 return malformed("names no channel");
             }
-            Opcode::Channel => pending += 1,
-            Opcode::Paint => pending = 0,
-            Opcode::Guard => {
-                let end = at + 1 + i.skips as usize;
-                let outer = blocks.last().map_or(program.code.len(), |block| block.end);
-                if i.skips == 0 {
-                    return malformed("skips nothing");
-                }
-                if end > outer {
-                    return malformed("skips more than there is behind it");
-                }
-                if depth == 0 {
-                    return malformed("has no value to compare with");
-                }
-                if pending > 0 {
-                    return malformed("stands between a channel and its material");
-                }
-                blocks.push(OpenBlock {
-                    at,
-                    end,
-                    depth,
-                    points,
-                    stored: Vec::new(),
-                });
-                limit("guards within each other", blocks.len(), MAX_GUARDS)?;
-            }
+            Opcode::Channel => self.pending += 1,
+            Opcode::Paint => self.pending = 0,
+            Opcode::Guard => return self.open_block(at, i),
             Opcode::Op(_) | Opcode::Load | Opcode::Top | Opcode::Normal => {}
         }
-        if i.skips > 0 && i.code != Opcode::Guard {
-            return malformed("skips, but is no guard");
+        Ok(())
+    }
+
+    /// Checks a guard, and opens its block.
+    fn open_block(&mut self, at: usize, i: &Instruction) -> Result<(), VerifyError> {
+        let malformed = |problem| Err(malformed(at, i, problem));
+        let end = at + 1 + i.skips as usize;
+        let outer = self.blocks.last();
+        let outer_end = outer.map_or(self.program.code.len(), |block| block.end);
+        if i.skips == 0 {
+            return malformed("skips nothing");
         }
+        if end > outer_end {
+            return malformed("skips more than there is behind it");
+        }
+        if self.depth == 0 {
+            return malformed("has no value to compare with");
+        }
+        if self.pending > 0 {
+            return malformed("stands between a channel and its material");
+        }
+        self.blocks.push(OpenBlock {
+            at,
+            end,
+            depth: self.depth,
+            points: self.points,
+            stored: Vec::new(),
+        });
+        check_limit("guards within each other", self.blocks.len(), MAX_GUARDS)
+    }
+
+    /// Checks the destination of an instruction that popped some operands, and pushes its value.
+    fn check_destination(
+        &mut self,
+        at: usize,
+        i: &Instruction,
+        popped: usize,
+    ) -> Result<(), VerifyError> {
+        let malformed = |problem| Err(malformed(at, i, problem));
         let keeps = !i.has_no_value();
         match i.destination {
-            Destination::Push => depth += usize::from(keeps),
+            Destination::Push => self.depth += usize::from(keeps),
             _ if !keeps => return malformed("blends, but gives no value"),
             Destination::Blend { .. } if i.operands != Operands::Stack => {
                 return malformed("both blends and has a constant operand");
             }
             Destination::Blend { index, .. } => {
-                pool(index, 1)?;
-                if depth == 0 {
+                self.check_pool(at, index, 1)?;
+                if self.depth == 0 {
                     return Err(VerifyError::Underflow {
                         at,
                         need: popped + 1,
@@ -262,15 +346,8 @@ pub fn verify(program: &Program, outputs: usize, surface: bool) -> Result<(), Ve
                 }
             }
         }
-        limit("values on the stack", depth, MAX_STACK_VALUES)?;
+        Ok(())
     }
-    for block in blocks.into_iter().rev() {
-        block.close(depth, points, pending, &mut stored)?;
-    }
-    if depth != 1 {
-        return Err(VerifyError::Leftover { left: depth });
-    }
-    Ok(())
 }
 
 /// The block of instructions that a guard may skip.

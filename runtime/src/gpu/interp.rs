@@ -280,32 +280,28 @@ impl GpuScene for Interpreter {
 /// Maximum number of iterations of the loop that looks up a cell.
 const MAX_LOOKUP_ITERATIONS: usize = 10;
 
-impl Interpreter {
-    /// Uploads programs, reusing kernels and buffers of the previous scene where possible.
-    fn upload(
-        gpu: &Gpu,
-        programs: [Option<Arc<Program>>; 2],
-        kernel_mode: KernelMode,
-        mut previous: Option<Self>,
-    ) -> Result<Self, EngineError> {
-        let lengths = programs
-            .each_ref()
-            .map(|p| p.as_ref().map_or(0, |p| p.code.len()));
-        let code = lengths.iter().sum();
-        let pool = |distance: &KernelRequirements, surface: &Option<KernelRequirements>| {
-            code * constant_layout(distance, surface.as_ref()).size() as usize
-        };
-        let (mut cell_builder, cell_cache) = previous
-            .as_mut()
-            .map(|previous| {
-                (
-                    std::mem::take(&mut previous.cell_builder),
-                    std::mem::take(&mut previous.cell_cache),
-                )
-            })
-            .unwrap_or_default();
+/// Kernels for two programs, and the memory in which they read them.
+struct KernelPlan {
+    kernel_mode: KernelMode,
+    distance: KernelRequirements,
+    surface: Option<KernelRequirements>,
+    memory: ProgramStorage,
+    /// Tapes of the whole programs, if generic kernels were considered.
+    tapes: Option<[Option<Arc<Tape>>; 2]>,
+    /// Buffers of cells, which are kept with their kernels.
+    cells: CellBuffers,
+}
 
-        let tapes = (kernel_mode == KernelMode::Generic).then(|| tapes(&programs));
+impl KernelPlan {
+    /// Chooses generic kernels if they are requested and have enough registers. Keeps the kernels of the previous
+    /// scene if they support this one.
+    fn new(
+        programs: &[Option<Arc<Program>>; 2],
+        kernel_mode: KernelMode,
+        previous: Option<Interpreter>,
+    ) -> Self {
+        let code = instruction_counts(programs).iter().sum();
+        let tapes = (kernel_mode == KernelMode::Generic).then(|| tapes(programs));
         let tape_fits = |(tape, available): (&Option<Arc<Tape>>, KernelRegisters)| {
             let needed = tape.as_ref().map(|tape| required_registers(tape));
             needed.is_none_or(|needed| {
@@ -317,109 +313,161 @@ impl Interpreter {
             .as_ref()
             .is_some_and(|tapes| tapes.iter().zip(registers_available).all(tape_fits));
         let previous = previous.filter(|previous| previous.is_generic() == is_generic);
-        let cells =
-            |previous: Option<Self>| previous.map(|previous| previous.cells).unwrap_or_default();
-        let (distance, surface, memory, cells) = if is_generic {
-            let all_requirements = KernelRequirements::all();
-            let cells = CellBuffers {
+        match is_generic {
+            true => Self::generic(tapes, previous),
+            false => Self::specialized(programs, code, tapes, previous),
+        }
+    }
+
+    fn generic(tapes: Option<[Option<Arc<Tape>>; 2]>, previous: Option<Interpreter>) -> Self {
+        let all_requirements = KernelRequirements::all();
+        let cells = previous.map(|previous| previous.cells).unwrap_or_default();
+        Self {
+            kernel_mode: KernelMode::Generic,
+            distance: all_requirements.clone(),
+            surface: Some(all_requirements),
+            memory: ProgramStorage::Storage,
+            tapes,
+            cells: CellBuffers {
                 registers: GENERIC_REGISTERS,
-                ..cells(previous)
-            };
-            (
-                all_requirements.clone(),
-                Some(all_requirements),
-                ProgramStorage::Storage,
-                cells,
-            )
-        } else {
-            let [distance, surface] = programs
-                .each_ref()
-                .map(|p| p.as_ref().map(|p| p.requirements()));
-            let distance = distance.unwrap_or_default();
-            // Kernels that support this scene are kept, even if they support more.
-            let reusable = previous.filter(|previous| {
-                previous.distance.covers(&distance)
-                    && match (&previous.surface, &surface) {
-                        (Some(available), Some(needed)) => available.covers(needed),
-                        (None, None) => true,
-                        _ => false,
-                    }
-                    && is_large_enough(
-                        previous.memory,
-                        code,
-                        pool(&previous.distance, &previous.surface),
-                    )
-            });
-            match reusable {
-                Some(previous) => (
-                    previous.distance,
-                    previous.surface,
-                    previous.memory,
-                    previous.cells,
-                ),
-                None => {
-                    let memory = ProgramStorage::for_program(code, pool(&distance, &surface));
-                    (distance, surface, memory, CellBuffers::default())
+                ..cells
+            },
+        }
+    }
+
+    fn specialized(
+        programs: &[Option<Arc<Program>>; 2],
+        code: usize,
+        tapes: Option<[Option<Arc<Tape>>; 2]>,
+        previous: Option<Interpreter>,
+    ) -> Self {
+        let pool = |distance: &KernelRequirements, surface: &Option<KernelRequirements>| {
+            code * constant_layout(distance, surface.as_ref()).size() as usize
+        };
+        let [distance, surface] = programs
+            .each_ref()
+            .map(|p| p.as_ref().map(|p| p.requirements()));
+        let distance = distance.unwrap_or_default();
+        // Kernels that support this scene are kept, even if they support more.
+        let reusable = previous.filter(|previous| {
+            previous.distance.covers(&distance)
+                && match (&previous.surface, &surface) {
+                    (Some(available), Some(needed)) => available.covers(needed),
+                    (None, None) => true,
+                    _ => false,
                 }
+                && is_large_enough(
+                    previous.memory,
+                    code,
+                    pool(&previous.distance, &previous.surface),
+                )
+        });
+        let (distance, surface, memory, cells) = match reusable {
+            Some(previous) => (
+                previous.distance,
+                previous.surface,
+                previous.memory,
+                previous.cells,
+            ),
+            None => {
+                let memory = ProgramStorage::for_program(code, pool(&distance, &surface));
+                (distance, surface, memory, CellBuffers::default())
             }
         };
-        if cells.buffers.is_empty() {
-            cell_builder.reset(CellStats::default());
-        }
-
-        let constant_layout = constant_layout(&distance, surface.as_ref());
-        let constants = constant_layout.constants(existing(&programs));
-        let (usage, access, code_size, pool_size) = match memory {
-            ProgramStorage::Uniform { code, pool } => (
-                BufferUsage::Uniform,
-                BindingAccess::Uniform,
-                code as usize,
-                pool as usize,
-            ),
-            ProgramStorage::Storage => (
-                BufferUsage::Storage,
-                BindingAccess::StorageRead,
-                code,
-                constants.len(),
-            ),
-        };
-        let [first, second] = lengths.map(|length| length as u32);
-        let lengths = [first, first, first + second, 0];
-        let buffer = |slot, label, usage, access, size: usize| {
-            let buffer = gpu.buffer(label, usage, 16 * size.max(1) as u64)?;
-            Ok::<_, EngineError>((BufferBinding { slot, access }, buffer))
-        };
-        let length = buffer(
-            PROGRAM_RANGES_SLOT,
-            "program length",
-            BufferUsage::Storage,
-            BindingAccess::StorageRead,
-            1,
-        )?;
-        let program_buffers = [
-            buffer(CODE_SLOT, "code", usage, access, code_size)?,
-            buffer(POOL_SLOT, "pool", usage, access, pool_size)?,
-        ];
-        gpu.write(
-            &program_buffers[0].1,
-            &constant_layout.words(existing(&programs)),
-        )?;
-        gpu.write(&program_buffers[1].1, &constants)?;
-        gpu.write(&length.1, &lengths)?;
-        Ok(Self {
-            kernel_mode: if is_generic {
-                KernelMode::Generic
-            } else {
-                KernelMode::Specialized
-            },
+        Self {
+            kernel_mode: KernelMode::Specialized,
             distance,
             surface,
             memory,
-            programs,
             tapes,
-            program_buffers,
-            length,
             cells,
+        }
+    }
+}
+
+/// Returns the numbers of instructions of two programs.
+fn instruction_counts(programs: &[Option<Arc<Program>>; 2]) -> [usize; 2] {
+    let count = |program: &Option<Arc<Program>>| program.as_ref().map_or(0, |p| p.code.len());
+    programs.each_ref().map(count)
+}
+
+/// Creates the buffers of instructions, of constants and of both programs' lengths, and fills them.
+fn program_buffers(
+    gpu: &Gpu,
+    programs: &[Option<Arc<Program>>; 2],
+    layout: &ConstantLayout,
+    memory: ProgramStorage,
+) -> Result<[(BufferBinding, Buffer); 3], EngineError> {
+    let counts = instruction_counts(programs);
+    let constants = layout.constants(existing(programs));
+    let (usage, access, code_size, pool_size) = match memory {
+        ProgramStorage::Uniform { code, pool } => (
+            BufferUsage::Uniform,
+            BindingAccess::Uniform,
+            code as usize,
+            pool as usize,
+        ),
+        ProgramStorage::Storage => (
+            BufferUsage::Storage,
+            BindingAccess::StorageRead,
+            counts.iter().sum(),
+            constants.len(),
+        ),
+    };
+    let [first, second] = counts.map(|count| count as u32);
+    let ranges = [first, first, first + second, 0];
+    let buffer = |slot, label, usage, access, size: usize| {
+        let buffer = gpu.buffer(label, usage, 16 * size.max(1) as u64)?;
+        Ok::<_, EngineError>((BufferBinding { slot, access }, buffer))
+    };
+    let length = buffer(
+        PROGRAM_RANGES_SLOT,
+        "program length",
+        BufferUsage::Storage,
+        BindingAccess::StorageRead,
+        1,
+    )?;
+    let code = buffer(CODE_SLOT, "code", usage, access, code_size)?;
+    let pool = buffer(POOL_SLOT, "pool", usage, access, pool_size)?;
+    gpu.write(&code.1, &layout.words(existing(programs)))?;
+    gpu.write(&pool.1, &constants)?;
+    gpu.write(&length.1, &ranges)?;
+    Ok([code, pool, length])
+}
+
+impl Interpreter {
+    /// Uploads programs, reusing kernels and buffers of the previous scene where possible.
+    fn upload(
+        gpu: &Gpu,
+        programs: [Option<Arc<Program>>; 2],
+        kernel_mode: KernelMode,
+        mut previous: Option<Self>,
+    ) -> Result<Self, EngineError> {
+        let (mut cell_builder, cell_cache) = previous
+            .as_mut()
+            .map(|previous| {
+                (
+                    std::mem::take(&mut previous.cell_builder),
+                    std::mem::take(&mut previous.cell_cache),
+                )
+            })
+            .unwrap_or_default();
+        let plan = KernelPlan::new(&programs, kernel_mode, previous);
+        if plan.cells.buffers.is_empty() {
+            cell_builder.reset(CellStats::default());
+        }
+        let layout = constant_layout(&plan.distance, plan.surface.as_ref());
+        let [code, pool, length] = program_buffers(gpu, &programs, &layout, plan.memory)?;
+        Ok(Self {
+            kernel_mode: plan.kernel_mode,
+            distance: plan.distance,
+            surface: plan.surface,
+            memory: plan.memory,
+            programs,
+            tapes: plan.tapes,
+            program_buffers: [code, pool],
+            length,
+            cells: plan.cells,
             cell_cache,
             cell_builder,
             uploaded_input: UploadedInput::Unset,
