@@ -27,7 +27,7 @@ const REMAINING: [(&str, &str, usize); 21] = [
         "step_check",
         144,
     ),
-    ("runtime/src/gpu/cell_builder.rs", "build", 103),
+    ("runtime/src/gpu/cell_builder.rs", "build", 107),
     ("runtime/src/gpu/driver/strict/portable.rs", "block", 109),
     ("runtime/src/render/prepare.rs", "prepare", 112),
     ("shaders/src/interpreter.rs", "interpreter", 147),
@@ -36,13 +36,13 @@ const REMAINING: [(&str, &str, usize); 21] = [
         "operation_case",
         109,
     ),
-    ("shaders/src/interpreter/tape.rs", "emit_clause", 142),
+    ("shaders/src/interpreter/tape.rs", "emit_clause", 144),
     ("shaders/src/kernels/occlusion.wgsl", "main", 104),
     ("shaders/src/kernels/shadow.wgsl", "main", 316),
     ("shaders/src/marching.rs", "march_step", 118),
     ("src/command/info.rs", "page", 102),
-    ("trials/src/programs.rs", "program", 101),
-    ("vm/src/tape/evaluator.rs", "run", 110),
+    ("trials/src/programs.rs", "program", 103),
+    ("vm/src/tape/evaluator.rs", "run", 114),
 ];
 
 /// The words that may precede `fn`.
@@ -70,7 +70,7 @@ fn indentation(line: &str) -> usize {
 }
 
 /// The functions of a text, with their numbers of lines. The layout of rustfmt is assumed: the last line of a
-/// function is indented as its first one, and no other line there ends a body or a declaration.
+/// function is indented as its first one. No other line with that indentation ends a body or a declaration.
 fn functions(text: &str) -> Vec<(&str, usize)> {
     let lines: Vec<&str> = text.lines().collect();
     let begins = lines.iter().enumerate();
