@@ -14,13 +14,15 @@ mod lookup;
 mod on_demand;
 mod pack;
 pub(crate) mod policy;
+pub(crate) mod split_rule;
 pub(crate) mod trial;
 
-pub use build::{CellSpec, SplitRule, build};
+pub use build::{CellSpec, build};
 pub use incremental::{changed_instructions, rebuild_after_edit};
 pub use lookup::{CellInfo, Occupancy};
 pub use on_demand::{MAX_BLOCKS, MortonKey, OnDemandCells};
 pub use pack::{DeferredCell, GpuCells, required_registers};
+pub use split_rule::SplitRule;
 
 use crate::render::CellStats;
 use sdfc_vm::lanes::F32x64;

@@ -16,6 +16,7 @@ mod normal;
 mod occlusion;
 mod packet;
 pub mod plane_quadtree;
+mod refine_roots;
 mod sample;
 mod shade;
 mod shadow;

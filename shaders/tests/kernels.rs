@@ -273,7 +273,7 @@ fn kernels_that_cut_cells_validate() {
         }
     }
     assert_eq!(
-        storage(&validated_text("plan_split", &split_cells::plan())),
+        storage(&validated_text("plan_dispatch", &split_cells::plan())),
         3
     );
 }

@@ -1,5 +1,6 @@
 //! Building cells, level by level, on all cores.
 
+use super::split_rule::SplitRule;
 use super::{Aabb, CHILDREN, Cell, CellNode, CellSplit, Cells, EMPTY, FULL, LEAF, NODE, TapeRange};
 use crate::work_stealing::parallel_map_with;
 use sdfc_shaders::interpreter::split_cells::MAX_STALLED_LEVELS;
@@ -18,18 +19,6 @@ use std::sync::Arc;
 const MAX_CELLS: usize = 400_000;
 /// Maximum number of clauses of all tapes together.
 pub(super) const MAX_CLAUSES: usize = 6_000_000;
-
-/// Decides which cells are split.
-pub trait SplitRule: Sync {
-    /// Reports whether to split a cell whose tape has `clauses` clauses. In all of it the absolute value
-    /// of the field is at least `min_abs_field`.
-    fn should_split(&self, region: &Aabb, clauses: usize, min_abs_field: f32) -> bool;
-
-    /// Reports whether another stage splits a cell with this number of clauses.
-    fn defers(&self, _clauses: usize) -> bool {
-        false
-    }
-}
 
 /// Region, arrangement and splitting rule of the cells to build.
 #[derive(Clone, Copy)]

@@ -1,6 +1,7 @@
 //! Policy of cells: which part of space is split, how small cells get, and when cells are profitable.
 
-use super::{Aabb, CellSpec, CellSplit, SplitRule};
+use super::split_rule::{ScreenSpaceLeafLimit, SplitRule};
+use super::{Aabb, CellSpec, CellSplit};
 use crate::render::plane::face_on_plane;
 use crate::render::{CellMode, PixelPlane, RenderJob};
 use glam::Vec3;
@@ -13,15 +14,9 @@ use sdfc_vm::tape::Tape;
 
 /// Minimum number of clauses of a program with bounded slopes for which cells are used.
 const MIN_CLAUSES: usize = 32;
-/// Maximum side of a leaf, in pixels.
-const MAX_LEAF_PIXELS: f32 = 16.0;
 /// Maximum side of a leaf of a field written with coordinates, as a fraction of the cube's side. In larger
 /// leaves the gradient bounds are too loose, however few pixels they cover.
 const MAX_RAW_LEAF_FRACTION: f32 = 0.125;
-/// Maximum side in pixels of a leaf whose tape has at most [`MAX_TRIVIAL_TAPE_CLAUSES`] clauses.
-const MAX_TRIVIAL_LEAF_PIXELS: f32 = 256.0;
-/// Maximum number of clauses of a tape that further splits can hardly shorten.
-const MAX_TRIVIAL_TAPE_CLAUSES: usize = 2;
 
 /// Reports whether cells are profitable for an engine that looks up the cell of every point. Measured:
 /// programs with bounded slopes are pruned well and cheaply, and so are fields written with coordinates.
@@ -288,66 +283,6 @@ fn plane_region(plane: &PixelPlane) -> (Aabb, CellSplit) {
         high: middle.map(|m| m + side / 2.0),
     };
     (cube, CellSplit::Volume)
-}
-
-/// Limits of the size of leaves on the screen and in the scene.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct ScreenSpaceLeafLimit {
-    camera: [f32; 3],
-    /// Height of a pixel of the image at the start of its ray.
-    pixel_size: f32,
-    /// Growth of that height per unit along the ray.
-    pixel_growth: f32,
-    /// Maximum side of a leaf, in pixels.
-    max_leaf_pixels: f32,
-    /// Maximum side of a leaf, in scene units.
-    max_side: f32,
-}
-
-impl ScreenSpaceLeafLimit {
-    pub(crate) fn from_uniforms(frame: &FrameUniforms) -> Self {
-        // A pixel of a pass over subpixels is smaller than a pixel of the image by this factor.
-        let passes = (frame.samples.max(1) as f32).sqrt();
-        Self {
-            camera: frame.origin,
-            pixel_size: 2.0 * frame.half_pixel_size * passes,
-            pixel_growth: 2.0 * frame.half_pixel_growth * passes,
-            max_leaf_pixels: MAX_LEAF_PIXELS,
-            max_side: f32::INFINITY,
-        }
-    }
-}
-
-impl ScreenSpaceLeafLimit {
-    /// These limits, multiplied by `times`.
-    pub(crate) fn coarsened(&self, times: f32) -> Self {
-        Self {
-            max_leaf_pixels: self.max_leaf_pixels * times,
-            max_side: self.max_side * times,
-            ..*self
-        }
-    }
-}
-
-impl SplitRule for ScreenSpaceLeafLimit {
-    fn should_split(&self, region: &Aabb, clauses: usize, _: f32) -> bool {
-        let side = region.longest_side();
-        let camera = Vec3::from(self.camera);
-        let (below, above) = (
-            Vec3::from(region.low) - camera,
-            camera - Vec3::from(region.high),
-        );
-        let gap = below.max(above).max(Vec3::ZERO);
-        // Measured from inside a cell, its far parts count.
-        let distance = gap.length().max(side * 0.25);
-        let pixel = self.pixel_size + self.pixel_growth * distance;
-        let max_pixels = if clauses <= MAX_TRIVIAL_TAPE_CLAUSES {
-            MAX_TRIVIAL_LEAF_PIXELS
-        } else {
-            self.max_leaf_pixels
-        };
-        side > max_pixels * pixel || side > self.max_side
-    }
 }
 
 /// The cube and the cell size for a field written with coordinates. Small cells have tight gradient bounds,

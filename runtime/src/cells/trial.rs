@@ -16,7 +16,8 @@
 //! | flat_field, gyroid, cog | 0.28, 0.40, 0.40 | 1.21, 1.04, 1.18 |
 //! | displacement, jumps, steep_terrain, crests | 0.43 to 0.77 | 1.05 to 1.40 |
 
-use super::policy::{ScreenSpaceLeafLimit, is_rough};
+use super::policy::is_rough;
+use super::split_rule::ScreenSpaceLeafLimit;
 use super::{CellSpec, Cells, build};
 use sdfc_vm::program::Program;
 use sdfc_vm::tape::Tape;

@@ -5,6 +5,7 @@ use super::{
     SurfaceBlock, morton, normal, plane_quadtree,
 };
 use crate::cells::policy::{self, PacketCells};
+use crate::cells::split_rule::ScreenSpaceLeafLimit;
 use crate::cells::trial::CellTrial;
 use crate::cells::{
     self, Aabb, CellInfo, CellSpec, CellSplit, Cells, MAX_BLOCKS, MortonKey, OnDemandCells,
@@ -51,7 +52,7 @@ pub(crate) struct CpuScene {
 struct CachedCells {
     program: Arc<Program>,
     tape: Arc<Tape>,
-    pixels: policy::ScreenSpaceLeafLimit,
+    pixels: ScreenSpaceLeafLimit,
     cells: Arc<Cells>,
     /// Number of cells built for that image.
     fresh: u64,
@@ -219,7 +220,7 @@ impl RenderField for CpuScene {
         let (region, pixels) = match self.tape.lipschitz.is_bounded() {
             true => (
                 policy::scene_cube(frame)?,
-                policy::ScreenSpaceLeafLimit::from_uniforms(frame),
+                ScreenSpaceLeafLimit::from_uniforms(frame),
             ),
             false => policy::raw_field_cells(frame)?,
         };

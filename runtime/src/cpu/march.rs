@@ -1,10 +1,10 @@
-//! The stages `march` and `refine_roots`: the points at which rays end.
+//! The stage `march`: rays advance to the surface.
 
 use super::lanes::{ColumnChoice, RayTask, is_nan, lanes};
 use super::{F32x64, LANES, Points};
 use crate::render::ray::{PixelRay, camera_ray, vector};
 use sdfc_shaders::layout::{Beam, FrameUniforms, RayState};
-use sdfc_shaders::marching::{self, FROM_INSIDE, MAX_SECANT_STEPS, Status};
+use sdfc_shaders::marching::{self, FROM_INSIDE, Status};
 use sdfc_shaders::{beam, camera};
 use sdfc_vm::real::Real;
 use sdfc_vm::vector::V3;
@@ -222,116 +222,5 @@ impl RayTask for March<'_> {
             status: status | if b.side.0[lane] < 0.0 { FROM_INSIDE } else { 0 },
             steps: b.steps.0[lane] as u32,
         };
-    }
-}
-
-lanes! {
-    /// Ends of rays during secant refinement.
-    RootLanes {
-        origin_x, origin_y, origin_z, direction_x, direction_y, direction_z,
-        t, field, t_other, field_other, estimate, side, steps,
-    }
-}
-
-/// Ends of rays that are moved onto the surface: items are indices in the tile.
-pub(super) struct RootRefinement<'a> {
-    pub(super) frame: &'a FrameUniforms,
-    pub(super) pixels: &'a [[f32; 2]],
-    pub(super) rays: &'a mut [RayState],
-}
-
-impl RayTask for RootRefinement<'_> {
-    type Block = RootLanes;
-
-    fn begin(&mut self, item: u32, b: &mut RootLanes, lane: usize) -> bool {
-        let f = self.frame;
-        let ray = &mut self.rays[item as usize];
-        // Rays that ran out of steps have no change of sign to refine.
-        if !matches!(Status::from_word(ray.status), Status::Hit | Status::Inside) {
-            return false;
-        }
-        let rounding = marching::rounding_at(ray.t, f.rounding);
-        let (t, field, other, field_other) = (ray.t, ray.field, ray.t_before, ray.field_before);
-        if marching::is_settled(t, field, other, field_other, rounding, f.is_raw) > 0.0 {
-            ray.t = marching::secant_estimate(t, field, other, field_other);
-            return false;
-        }
-        let PixelRay {
-            origin, direction, ..
-        } = camera_ray(f, self.pixels[item as usize]);
-        b.origin_x.0[lane] = origin.x;
-        b.origin_y.0[lane] = origin.y;
-        b.origin_z.0[lane] = origin.z;
-        b.direction_x.0[lane] = direction.x;
-        b.direction_y.0[lane] = direction.y;
-        b.direction_z.0[lane] = direction.z;
-        b.t.0[lane] = ray.t;
-        b.field.0[lane] = ray.field;
-        b.t_other.0[lane] = ray.t_before;
-        b.field_other.0[lane] = ray.field_before;
-        b.estimate.0[lane] =
-            marching::next_estimate(t, field, other, field_other, rounding, f.is_raw);
-        b.side.0[lane] = if ray.status & FROM_INSIDE != 0 {
-            -1.0
-        } else {
-            1.0
-        };
-        b.steps.0[lane] = 0.0;
-        true
-    }
-
-    #[inline(always)]
-    fn points(&self, b: &RootLanes, points: &mut Points) {
-        for i in 0..LANES {
-            let origin = V3::new(b.origin_x.0[i], b.origin_y.0[i], b.origin_z.0[i]);
-            let direction = V3::new(b.direction_x.0[i], b.direction_y.0[i], b.direction_z.0[i]);
-            let p = camera::point_along::<f32>(origin, direction, b.estimate.0[i]);
-            points[0].0[i] = p.x;
-            points[1].0[i] = p.y;
-            points[2].0[i] = p.z;
-        }
-    }
-
-    #[inline(always)]
-    fn advance(&self, b: &mut RootLanes, values: &F32x64, ended: &mut [bool; LANES]) {
-        let choice = ColumnChoice::new();
-        for (i, ended) in ended.iter_mut().enumerate() {
-            let distance = values.0[i];
-            let is_nan_value = is_nan(distance);
-            let next = marching::secant_step(
-                b.t.0[i],
-                b.field.0[i],
-                b.t_other.0[i],
-                b.field_other.0[i],
-                b.estimate.0[i],
-                distance * b.side.0[i],
-            );
-            // An estimate without a value is not used.
-            let select = |new: f32, old: f32| choice.choose(!is_nan_value, new, old);
-            b.t.0[i] = select(next.t, b.t.0[i]);
-            b.field.0[i] = select(next.field, b.field.0[i]);
-            b.t_other.0[i] = select(next.t_other, b.t_other.0[i]);
-            b.field_other.0[i] = select(next.field_other, b.field_other.0[i]);
-            let (t, field) = (b.t.0[i], b.field.0[i]);
-            let (other, field_other) = (b.t_other.0[i], b.field_other.0[i]);
-            let is_raw = self.frame.is_raw;
-            let rounding = marching::rounding_at(t, self.frame.rounding);
-            let steps = b.steps.0[i] + 1.0;
-            *ended = (steps >= MAX_SECANT_STEPS as f32)
-                | is_nan_value
-                | (marching::is_settled(t, field, other, field_other, rounding, is_raw) > 0.0);
-            b.estimate.0[i] = if *ended {
-                marching::secant_estimate(t, field, other, field_other)
-            } else {
-                marching::next_estimate(t, field, other, field_other, rounding, is_raw)
-            };
-            b.steps.0[i] = steps;
-        }
-    }
-
-    fn end(&mut self, item: u32, b: &RootLanes, lane: usize) {
-        let ray = &mut self.rays[item as usize];
-        ray.t = b.estimate.0[lane];
-        ray.steps += b.steps.0[lane] as u32;
     }
 }

@@ -18,7 +18,7 @@
 
 mod entry;
 mod interval_cull;
-mod roots;
+mod refine_roots;
 
 use super::lanes::{ColumnChoice, Lanes, is_nan, lanes};
 use super::leaf_bins::BinnedLeaf;
@@ -29,7 +29,7 @@ use entry::{
     bound_directions, cull_entered, entry_points, init_packet, intersect_box, misses_leaf,
 };
 use interval_cull::{cull_clear, remaining_boxes};
-use roots::{estimate_roots, refine_roots};
+use refine_roots::{estimate_roots, refine_roots};
 use sdfc_shaders::camera;
 use sdfc_shaders::layout::{FrameUniforms, RayState};
 use sdfc_shaders::marching::{self, FROM_INSIDE, MAX_SECANT_STEPS, SHOWN, Status};

@@ -3,8 +3,9 @@
 use super::beam::Beams;
 use super::lanes::run_streamed;
 use super::leaf_bins::{self, LeafBins};
-use super::march::{March, RootRefinement};
+use super::march::March;
 use super::packet::NO_LEAF;
+use super::refine_roots::RootRefinement;
 use super::tile::{Tile, corners};
 use super::{Evaluator, RenderField, debug_views, normal, occlusion, shade, shadow};
 use crate::cells::Cells;

@@ -359,7 +359,7 @@ impl GpuCellBuilder {
                             key.method,
                         ),
                     ),
-                    None => ("plan_split", split_cells::plan()),
+                    None => ("plan_dispatch", split_cells::plan()),
                 };
                 let kernel = gpu.kernel(&KernelSource {
                     label,

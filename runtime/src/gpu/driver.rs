@@ -1,6 +1,7 @@
 //! Devices, their buffers and kernels: the layer over wgpu. [`crate::gpu`] states its guarantees.
 
 mod batch;
+mod bind_group;
 mod buffer;
 mod device;
 mod error;
@@ -13,10 +14,11 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::Duration;
 
 pub use batch::{Batch, Extent, Submission};
+pub use bind_group::BoundKernel;
 pub use buffer::{Buffer, BufferUsage};
 pub use device::{DeviceInfo, DeviceKind, DeviceLimits, devices};
 pub use error::GpuError;
-pub use kernel::{BindingAccess, BoundKernel, BufferBinding, Kernel, KernelSource};
+pub use kernel::{BindingAccess, BufferBinding, Kernel, KernelSource};
 
 use error_tracker::ErrorTracker;
 

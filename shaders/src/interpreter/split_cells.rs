@@ -241,9 +241,9 @@ pub fn kernel(
 /// Returns the kernel that determines the number of listed cells that are split next.
 pub fn plan() -> String {
     format!(
-        "// The kernel `plan_split`.\n\n{}@group(0) @binding({ARGUMENTS_SLOT}) var<storage, read_write> arguments: array<u32>;\n\n{}",
+        "// The kernel `plan_dispatch`.\n\n{}@group(0) @binding({ARGUMENTS_SLOT}) var<storage, read_write> arguments: array<u32>;\n\n{}",
         shared_declarations(),
-        include_str!("../kernels/plan_split.wgsl")
+        include_str!("../kernels/plan_dispatch.wgsl")
     )
 }
 

@@ -7,7 +7,7 @@ use std::sync::atomic::Ordering;
 use naga::valid::{Capabilities, ModuleInfo, ValidationFlags, Validator};
 
 use super::error::{panic_text, within};
-use super::{Arithmetic, Buffer, Gpu, GpuError, strict};
+use super::{Arithmetic, Gpu, GpuError, strict};
 
 /// Maximum length of a kernel's text, in bytes. About ten thousand primitives take a tenth of it.
 const MAX_TEXT_BYTES: usize = 4 << 20;
@@ -57,14 +57,7 @@ pub struct Kernel {
     label: String,
     workgroup_size: [u32; 3],
     pipeline: wgpu::ComputePipeline,
-    layout: wgpu::BindGroupLayout,
-}
-
-/// A kernel with a buffer in each of its slots. Cheap to clone; it keeps the buffers alive.
-#[derive(Clone, Debug)]
-pub struct BoundKernel {
-    pub(super) kernel: Kernel,
-    pub(super) group: wgpu::BindGroup,
+    pub(super) layout: wgpu::BindGroupLayout,
 }
 
 impl Kernel {
@@ -134,33 +127,6 @@ impl Gpu {
         )?;
         self.pipelines.fetch_add(1, Ordering::Relaxed);
         Ok(kernel)
-    }
-
-    /// Binds buffers to a kernel's slots. A slot without a buffer, or a buffer of the wrong usage, is
-    /// [`GpuError::Validation`].
-    pub fn bind(
-        &self,
-        kernel: &Kernel,
-        buffers: &[(u32, &Buffer)],
-    ) -> Result<BoundKernel, GpuError> {
-        let entries: Vec<_> = buffers
-            .iter()
-            .map(|(slot, buffer)| wgpu::BindGroupEntry {
-                binding: *slot,
-                resource: buffer.raw.as_entire_binding(),
-            })
-            .collect();
-        let group = self.error_tracker.scoped(&self.device, || {
-            self.device.create_bind_group(&wgpu::BindGroupDescriptor {
-                label: Some(&kernel.label),
-                layout: &kernel.layout,
-                entries: &entries,
-            })
-        })?;
-        Ok(BoundKernel {
-            kernel: kernel.clone(),
-            group,
-        })
     }
 
     fn pipeline(
