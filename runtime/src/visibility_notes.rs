@@ -165,6 +165,16 @@ fn nothing_visible_reason(module: &Module, settings: &RenderSettings) -> String 
             format_point(view.from)
         );
     }
+    let axis = view_direction.normalize_or_zero();
+    let to_centre = DVec3::from(centre) - from;
+    if (to_centre - axis * to_centre.dot(axis)).length() < half {
+        let thickness = f64::from(-min_value) / half * f64::from(settings.size[1]);
+        return format!(
+            "no ray meets the scene, which is in view. Its thickest part is about {} pixels wide, by \
+             {SAMPLE_POINTS} sampled points. Go nearer, or draw a larger picture",
+            format_number(thickness)
+        );
+    }
     format!(
         "the camera at {} looks past it, towards {}, and {extent_text}: `look: {}` shows it",
         format_point(view.from),

@@ -100,7 +100,7 @@ pub enum VerifyError {
 /// surface programs.
 pub fn verify(program: &Program, outputs: usize, surface: bool) -> Result<(), VerifyError> {
     verify_tables(program, outputs)?;
-    let mut state = State {
+    let mut state = VerifierState {
         program,
         surface,
         depth: 0,
@@ -161,8 +161,8 @@ fn malformed(at: usize, i: &Instruction, problem: &'static str) -> VerifyError {
     }
 }
 
-/// State of the machine before an instruction, as far as it is known without running the program.
-struct State<'a> {
+/// VerifierState of the machine before an instruction, as far as it is known without running the program.
+struct VerifierState<'a> {
     program: &'a Program,
     /// Set for surface programs.
     surface: bool,
@@ -178,7 +178,7 @@ struct State<'a> {
     blocks: Vec<OpenBlock>,
 }
 
-impl State<'_> {
+impl VerifierState<'_> {
     /// Closes the blocks that end before an instruction.
     fn close_blocks(&mut self, at: usize) -> Result<(), VerifyError> {
         while let Some(block) = self.blocks.pop_if(|block| block.end == at) {

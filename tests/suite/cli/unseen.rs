@@ -111,6 +111,11 @@ const SCENES: &[(&str, &str, &str)] = &[
         "looks past it, towards [9, 0, 0], and the scene lies between [-1, -1, -1] and [1, 1, 1]: `look: [0, 0, 0]` shows it",
     ),
     (
+        "a rod thinner than a pixel",
+        "camera { from: [8.8, 8, 11.7], look: [0, 0, 0], fov: 40deg }\ncylinder(r: 0.001, h: 10)",
+        "no ray meets the scene, which is in view",
+    ),
+    (
         "a scene too far away",
         "camera { from: [0, 0, 9000], look: [0, 0, 0] }\nsphere(1)",
         "pixels high from [0, 0, 9000]",

@@ -211,6 +211,24 @@ macro_rules! simd_ops {
     }};
 }
 
+/// Defines the loops of a number type in a module of its own. The compiler divides its work by modules: in one,
+/// these loops would keep a single core busy for minutes.
+macro_rules! simd_ops_module {
+    ($module:ident, $L:ty, $wide:ident) => {
+        mod $module {
+            use super::*;
+
+            pub(super) fn simd_ops(widest: SimdLevel) -> SimdOps<$L> {
+                simd_ops!($L, $wide, widest)
+            }
+        }
+    };
+}
+simd_ops_module!(floats, f32, wide);
+simd_ops_module!(duals, Dual<f32>, wide);
+simd_ops_module!(intervals, FloatInterval, wide);
+simd_ops_module!(interval_duals, Dual<FloatInterval>, narrow);
+
 impl LaneNumber for f32 {
     type Block = F32x64;
     type PointBlock = Points;
@@ -241,7 +259,7 @@ impl LaneNumber for f32 {
         op == Op::Ellipsoid
     }
     fn simd_ops(widest: SimdLevel) -> SimdOps<Self> {
-        simd_ops!(f32, wide, widest)
+        floats::simd_ops(widest)
     }
 }
 
@@ -291,7 +309,7 @@ impl LaneNumber for Dual<f32> {
         op == Op::Ellipsoid
     }
     fn simd_ops(widest: SimdLevel) -> SimdOps<Self> {
-        simd_ops!(Dual<f32>, wide, widest)
+        duals::simd_ops(widest)
     }
 }
 
@@ -335,7 +353,7 @@ impl LaneNumber for FloatInterval {
         op == Op::Ellipsoid
     }
     fn simd_ops(widest: SimdLevel) -> SimdOps<Self> {
-        simd_ops!(FloatInterval, wide, widest)
+        intervals::simd_ops(widest)
     }
 }
 
@@ -374,7 +392,7 @@ impl LaneNumber for Dual<FloatInterval> {
         }
     }
     fn simd_ops(widest: SimdLevel) -> SimdOps<Self> {
-        simd_ops!(Dual<FloatInterval>, narrow, widest)
+        interval_duals::simd_ops(widest)
     }
 }
 
