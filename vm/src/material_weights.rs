@@ -37,16 +37,26 @@ pub fn tie_sign(op: Op) -> f64 {
     }
 }
 
+/// Maximum distance from the first operand's face at which it is moved, in tie distances. A face that is
+/// farther away coincides with nothing there, however small its value is.
+const MAX_TIE_REACH: f32 = 4.0;
+
 /// Returns two duals whose gradients are the unit vectors of the operands. The first one is reduced by
-/// `tie`, a distance, times the steeper operand's slope.
+/// `tie`, a distance, times the steeper operand's slope. It keeps its value if its face is farther away.
 #[inline(always)]
 fn operand_duals(a: [&F32x64; 4], b: [&F32x64; 4], lane: usize, tie: f32) -> [Dual<f32>; 2] {
-    let slope = |axis: usize| a[axis].0[lane].abs().max(b[axis].0[lane].abs());
-    let steepest = slope(0).max(slope(1)).max(slope(2));
+    let slope = |operand: [&F32x64; 4]| {
+        let component = |axis: usize| operand[axis].0[lane].abs();
+        component(0).max(component(1)).max(component(2))
+    };
+    let (first_slope, second_slope) = (slope(a), slope(b));
     let (a, b) = (a[3].0[lane], b[3].0[lane]);
+    let outside = if tie > 0.0 { a } else { -a };
+    let is_near = outside <= tie.abs() * first_slope * MAX_TIE_REACH;
+    let shift = tie * first_slope.max(second_slope);
     [
         Dual {
-            value: a - tie * steepest,
+            value: if is_near { a - shift } else { a },
             gradient: V3::new(1.0, 0.0, 0.0),
         },
         Dual {
@@ -124,9 +134,15 @@ fn blend_weights_body(
 
 /// WGSL of the mixed materials of a blend. `weights` is the blend's value with the derivatives with respect to
 /// its two operands in x and y.
-pub(crate) const MIXED_SURFACE_WGSL: &str = "fn first_seed(a: vec4f, b: vec4f, tie: f32) -> vec4f {
-    let slopes = max(abs(a.xyz), abs(b.xyz));
-    return vec4f(1.0, 0.0, 0.0, a.w - tie * max(max(slopes.x, slopes.y), slopes.z));
+pub(crate) const MIXED_SURFACE_WGSL: &str = "fn max_slope(a: vec4f) -> f32 {
+    return max(max(abs(a.x), abs(a.y)), abs(a.z));
+}
+
+fn first_seed(a: vec4f, b: vec4f, tie: f32) -> vec4f {
+    let outside = select(-a.w, a.w, tie > 0.0);
+    let is_near = outside <= abs(tie) * max_slope(a) * 4.0;
+    let shift = tie * max(max_slope(a), max_slope(b));
+    return vec4f(1.0, 0.0, 0.0, select(a.w, a.w - shift, is_near));
 }
 
 fn mixed_surface(a: Surface, b: Surface, weights: vec4f) -> Surface {

@@ -157,8 +157,8 @@ impl<'a, 'b> LocalBoundBuilder<'a, 'b> {
             }
             // 1 − √(1 − x) ≤ (x/2) / (1 − x/2).
             (Op::Sqrt, &[a]) => {
-                if let Some(components) = self.squared_terms(a) {
-                    return self.length_bound(&components);
+                if let Some(root) = self.root_bound(a) {
+                    return Some(root);
                 }
                 let (slope, growth) = (
                     self.quotient_by_magnitude(number, 0.5),
@@ -306,6 +306,25 @@ impl<'a, 'b> LocalBoundBuilder<'a, 'b> {
             ),
             radius: Some(self.call(Op::Mul, &[length, factor])),
         })
+    }
+
+    /// Bounds the square root of a sum of squares, or of the least or largest of such sums. √min(a, b) is
+    /// min(√a, √b), so its slope stays finite where the root is zero. Recursion over minima and maxima.
+    fn root_bound(&mut self, square: ExprId) -> Option<LocalBound> {
+        if let Some(components) = self.squared_terms(square) {
+            return self.length_bound(&components);
+        }
+        let Expression::Apply { op, values, .. } = self.e.get(square).clone() else {
+            return None;
+        };
+        match (op, values.as_slice()) {
+            (Op::Min | Op::Max, &[a, b]) => {
+                let (a, b) = (self.root_bound(a)?, self.root_bound(b)?);
+                let slope = self.call(Op::Max, &[a.slope, b.slope]);
+                Some(self.with_both_limits(slope, a, b))
+            }
+            _ => None,
+        }
     }
 
     /// Returns the numbers whose squares a number adds. Recursion over sums.
