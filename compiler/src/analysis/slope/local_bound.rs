@@ -33,6 +33,12 @@ impl LocalBound {
         }
     }
 
+    /// Returns the slope, if it is one number that holds for all points and distances.
+    pub(super) fn everywhere_slope(&self, expressions: &Expressions) -> Option<f64> {
+        let holds = self.growth.is_none() && self.radius.is_none();
+        expressions.as_constant(self.slope).filter(|_| holds)
+    }
+
     /// Reports whether it is one bound for all points.
     pub(super) fn is_constant(&self, expressions: &Expressions) -> bool {
         self.growth.is_none() && expressions.as_constant(self.slope).is_some()

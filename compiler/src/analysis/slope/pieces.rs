@@ -67,7 +67,12 @@ pub(crate) fn continuous(
         budget,
     };
     let number = one_sided(&mut expressions, number, &region_bounds);
-    let bound = region_bounds.slope(&expressions, &[number], HeldBranches::OwnPiece)?;
+    let held = HeldBranches::OwnPiece;
+    let bound = match region_bounds.slope(&expressions, &[number], held) {
+        Some(bound) => bound,
+        None => bound_without_global(&mut expressions, number, held, &mut region_bounds)?
+            .everywhere_slope(&expressions)?,
+    };
     let slope = LocalBound::everywhere(&mut expressions, bound);
     let found_jumps = discontinuities(
         &mut expressions,
