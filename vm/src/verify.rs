@@ -161,7 +161,7 @@ fn malformed(at: usize, i: &Instruction, problem: &'static str) -> VerifyError {
     }
 }
 
-/// VerifierState of the machine before an instruction, as far as it is known without running the program.
+/// State of the machine before an instruction, as far as it is known without running the program.
 struct VerifierState<'a> {
     program: &'a Program,
     /// Set for surface programs.
