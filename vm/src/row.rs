@@ -337,7 +337,7 @@ pub struct OpFacts {
     pub set: Option<SetOperation>,
     /// The blend that it performs, if it is one.
     pub blend: Option<Blend>,
-    /// Set if two numbers may be exchanged without a change of any bit. Blends are by [`Row::is_commutative`].
+    /// Set if two numbers may be exchanged without a change of any bit. Of blends, the method of the row decides.
     pub is_commutative: bool,
     /// Set if operands are compared by sign and order alone: dividing each by its own slope bound leaves
     /// the surface unchanged.
