@@ -1,10 +1,12 @@
 //! Scenes of the suites: `tests/scenes`, each of which covers one feature, and the examples.
 
-use sdfc_compiler::compile::{self, Compiled};
+use sdfc_compiler::compile::{self, Compiled, GeneratedSource};
 use sdfc_compiler::elaborate::{Loader, Options, elaborate};
 use sdfc_compiler::passes::PassOptions;
 use sdfc_compiler::scene::Scene;
 use sdfc_lang::{Diagnostics, Sources, Style};
+use sdfc_runtime::engine::SceneInput;
+use sdfc_shaders::assemble::SceneSource;
 use std::path::{Path, PathBuf};
 
 /// Files in the folder of a scene.
@@ -95,4 +97,20 @@ pub(crate) fn compiled(path: &Path, passes: PassOptions) -> Compiled {
     };
     let (compiled, diagnostics) = compile::compile(scene(path), &options);
     compiled.unwrap_or_else(|| panic!("{}: {diagnostics:?}", path.display()))
+}
+
+/// Returns the input of every engine: a compiled scene, its uniform values and its generated code.
+pub(crate) fn scene_input<'a>(
+    compiled: &'a Compiled,
+    uniform_values: &'a [f64],
+    source: &'a GeneratedSource,
+) -> SceneInput<'a> {
+    SceneInput {
+        module: &compiled.module,
+        uniform_values,
+        generated: SceneSource {
+            text: &source.text,
+            calls: &source.calls,
+        },
+    }
 }

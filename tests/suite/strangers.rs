@@ -7,14 +7,13 @@
 //! line `// excused: 12 pixels, since …` states how many pixels may differ and why that is correct; `//
 //! fault:` states what must be fixed.
 
-use crate::corpus::{compiled_scene, name, scene, scenes};
+use crate::corpus::{compiled_scene, name, scene, scene_input, scenes};
 use glam::{DVec3, Vec3};
 use sdfc_compiler::scene::Scene;
-use sdfc_runtime::engine::{Engine, EngineKind, SceneInput, open};
+use sdfc_runtime::engine::{Engine, EngineKind, open};
 use sdfc_runtime::reference::{ReferenceCamera, ReferenceRay};
 use sdfc_runtime::render::{CellMode, Image, RenderSettings, Status};
 use sdfc_runtime::settings::{Overrides, resolve};
-use sdfc_shaders::assemble::SceneSource;
 use sdfc_trials::oracle::{Oracle, TraceOutcome};
 use sdfc_trials::skip::is_gpu_skipped;
 use std::fmt::Write as _;
@@ -309,14 +308,7 @@ fn examine(path: &Path, engines: &mut [Box<dyn Engine>], max_steps: u64) -> Stri
         return report;
     }
     let mut truth = RayTruth::new(&scene, &settings);
-    let loaded = SceneInput {
-        module: &compiled.module,
-        uniform_values: &uniform_values,
-        generated: SceneSource {
-            text: &source.text,
-            calls: &source.calls,
-        },
-    };
+    let loaded = scene_input(&compiled, &uniform_values, &source);
     let excused = excused(path);
     for engine in engines {
         engine.load(&loaded).expect("it loads");

@@ -1,14 +1,13 @@
 //! Pictures of every engine against the ground truth. No ray is wrong away from silhouettes, and depths and
 //! normals equal those proved by the engine `reference`.
 
-use crate::corpus::{compiled, name, on_large_stack, scenes};
+use crate::corpus::{compiled, name, on_large_stack, scene_input, scenes};
 use crate::metamorphic::draw::{self, DrawOptions};
 use sdfc_compiler::passes::PassOptions;
-use sdfc_runtime::engine::{EngineKind, SceneInput, open};
+use sdfc_runtime::engine::{EngineKind, open};
 use sdfc_runtime::reference::{TraceOptions, compare, trace};
 use sdfc_runtime::render::{CellMode, Mode, RenderSettings};
 use sdfc_runtime::settings::{Overrides, resolve};
-use sdfc_shaders::assemble::SceneSource;
 use sdfc_trials::skip::is_gpu_skipped;
 use std::path::Path;
 
@@ -46,14 +45,7 @@ fn pictures_of_all_engines_are_near_the_truth() {
         if share > MAX_UNDECIDED_PERCENT {
             wrong.push(format!("{name}: {share:.1} % of the rays are undecided"));
         }
-        let loaded = SceneInput {
-            module: &compiled.module,
-            uniform_values: &uniform_values,
-            generated: SceneSource {
-                text: &source.text,
-                calls: &source.calls,
-            },
-        };
+        let loaded = scene_input(&compiled, &uniform_values, &source);
         for kind in EngineKind::FAST {
             if kind != EngineKind::Cpu && is_gpu_skipped {
                 continue;
@@ -111,14 +103,7 @@ fn every_ray_of_the_examples_ends() {
         let settings = resolve(&compiled.module, &uniform_values, &Overrides::default());
         let mut settings = settings.unwrap_or_else(|error| panic!("{}: {error}", name(&path)));
         settings.mode = Mode::Depth;
-        let loaded = SceneInput {
-            module: &compiled.module,
-            uniform_values: &uniform_values,
-            generated: SceneSource {
-                text: &source.text,
-                calls: &source.calls,
-            },
-        };
+        let loaded = scene_input(&compiled, &uniform_values, &source);
         engine.load(&loaded).expect("it loads");
         let frame = engine.render(&settings, &|_| {}).expect("it draws");
         if frame.stats.step_caps > 0 {

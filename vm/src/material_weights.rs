@@ -132,15 +132,19 @@ fn blend_weights_body(
     }
 }
 
-/// WGSL of the mixed materials of a blend. `weights` is the blend's value with the derivatives with respect to
+/// Returns the WGSL of the mixed materials of a blend. `weights` is the blend's value with the derivatives with respect to
 /// its two operands in x and y.
-pub(crate) const MIXED_SURFACE_WGSL: &str = "fn max_slope(a: vec4f) -> f32 {
+pub(crate) fn mixed_surface_wgsl() -> String {
+    format!("const MAX_TIE_REACH: f32 = {MAX_TIE_REACH:?};\n\n{MIXED_SURFACE_WGSL}")
+}
+
+const MIXED_SURFACE_WGSL: &str = "fn max_slope(a: vec4f) -> f32 {
     return max(max(abs(a.x), abs(a.y)), abs(a.z));
 }
 
 fn first_seed(a: vec4f, b: vec4f, tie: f32) -> vec4f {
     let outside = select(-a.w, a.w, tie > 0.0);
-    let is_near = outside <= abs(tie) * max_slope(a) * 4.0;
+    let is_near = outside <= abs(tie) * max_slope(a) * MAX_TIE_REACH;
     let shift = tie * max(max_slope(a), max_slope(b));
     return vec4f(1.0, 0.0, 0.0, select(a.w, a.w - shift, is_near));
 }

@@ -3,7 +3,7 @@
 //! guards. After: the same kinds of nodes, fewer of them.
 //!
 //! **The value changes**, but everywhere by at most the tolerance times the size of a pixel there.
-//! That size is taken at the point nearest to the camera at which a change can move the surface.
+//! The size of the pixel is taken at the point nearest to the camera at which a change can move the surface.
 //! Its distance from the changed node is at most the range of the blends and offsets above
 //! (`sensitivity.rs`). Errors are measured in pixels. Those below a node count at their largest, since
 //! no operation here enlarges the larger of its operands' changes; changes above are added.

@@ -1,6 +1,6 @@
 //! Minimal scenes that require the rounding slack of guards and material assignments.
 
-use crate::corpus::compiled_text;
+use crate::corpus::{compiled_text, scene_input};
 use sdfc_compiler::compile::Compiled;
 use sdfc_compiler::passes::PassOptions;
 use sdfc_runtime::engine::{Engine, EngineKind, SceneInput, open};
@@ -129,14 +129,7 @@ fn is_red(text: &str, points: &[[f32; 3]]) -> Vec<bool> {
         let mut compiled = compiled_text(text, PassOptions::default());
         let uniform_values = compiled.module.update(0.0);
         let source = compiled.generated();
-        let loaded = SceneInput {
-            module: &compiled.module,
-            uniform_values: &uniform_values,
-            generated: SceneSource {
-                text: &source.text,
-                calls: &source.calls,
-            },
-        };
+        let loaded = scene_input(&compiled, &uniform_values, &source);
         engine.load(&loaded).expect("it loads");
         let found = engine.query(points).expect("it answers");
         answers.extend(found.iter().map(|answer| {

@@ -1,12 +1,11 @@
 //! Random programs: equal bits at random points on every engine.
 
 use super::{engines, is_long};
-use crate::corpus::compiled_text;
+use crate::corpus::{compiled_text, scene_input};
 use sdfc_compiler::passes::PassOptions;
 use sdfc_compiler::raise::raise;
-use sdfc_runtime::engine::{Engine, FieldSample, SceneInput};
+use sdfc_runtime::engine::{Engine, FieldSample};
 use sdfc_runtime::gpu::Arithmetic;
-use sdfc_shaders::assemble::SceneSource;
 use sdfc_trials::checks::has_nonfinite_intermediate;
 use sdfc_trials::programs::program;
 use sdfc_trials::random::Random;
@@ -64,14 +63,7 @@ fn have_the_same_bits(arithmetic: Arithmetic, programs: u64, points: usize) {
         let uniform_values = module.update(0.0);
         let compiled = raise(module);
         let source = compiled.generated();
-        let loaded = SceneInput {
-            module: &compiled.module,
-            uniform_values: &uniform_values,
-            generated: SceneSource {
-                text: &source.text,
-                calls: &source.calls,
-            },
-        };
+        let loaded = scene_input(&compiled, &uniform_values, &source);
         let mut random = Random::new(seed);
         let points: Vec<[f32; 3]> = (0..points)
             .map(|_| std::array::from_fn(|_| random.number()))

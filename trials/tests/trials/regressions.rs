@@ -38,3 +38,13 @@ fn many_fields_share_what_searching_for_slopes_may_take() {
     let verdict = checks::text(&format!("union([{}])", fields.join(", ")));
     assert_eq!(verdict, CheckOutcome::Accepted);
 }
+
+/// Bounds of roots were once computed again for every path to a shared minimum.
+#[test]
+fn shared_minima_of_squares_are_bounded_once() {
+    let step = "fn(s, i) => min(max(s, dot(p - k * i, p - k * i)), max(s, dot(p + i, p + i)))";
+    let verdict = checks::text(&format!(
+        "param k = 0.5 in 0.1..=1;\nfield(fn(p) => sqrt(fold(0..40, dot(p, p), {step})) - k - (if p.x < 0 {{ 0.1 }} else {{ 0 }}))"
+    ));
+    assert_eq!(verdict, CheckOutcome::Accepted);
+}

@@ -71,6 +71,8 @@ struct LocalBoundBuilder<'a, 'b> {
     held: HeldBranches,
     region_bounds: &'a mut RegionBounds<'b>,
     cached: HashMap<ExprId, Option<LocalBound>>,
+    /// Bounds of the square roots of numbers.
+    cached_roots: HashMap<ExprId, Option<LocalBound>>,
 }
 
 impl<'a, 'b> LocalBoundBuilder<'a, 'b> {
@@ -84,6 +86,7 @@ impl<'a, 'b> LocalBoundBuilder<'a, 'b> {
             held,
             region_bounds,
             cached: HashMap::new(),
+            cached_roots: HashMap::new(),
         }
     }
 
@@ -317,6 +320,15 @@ impl<'a, 'b> LocalBoundBuilder<'a, 'b> {
     /// Bounds the square root of a sum of squares, or of the least or largest of such sums. √min(a, b) is
     /// min(√a, √b), so its slope stays finite where the root is zero. Recursion over minima and maxima.
     fn root_bound(&mut self, square: ExprId) -> Option<LocalBound> {
+        if let Some(&cached) = self.cached_roots.get(&square) {
+            return cached;
+        }
+        let root = self.root_bound_by_operands(square);
+        self.cached_roots.insert(square, root);
+        root
+    }
+
+    fn root_bound_by_operands(&mut self, square: ExprId) -> Option<LocalBound> {
         if let Some(components) = self.squared_terms(square) {
             return self.length_bound(&components);
         }
