@@ -208,7 +208,7 @@ pub(crate) fn compile_with(
         let mut passes = options.passes.clone();
         if purpose == Purpose::LeafIds {
             // With a paint per leaf, guards would exceed the format's maximum program length.
-            passes.disabled.push("bounding".to_owned());
+            passes.disabled.push("guards".to_owned());
         }
         optimize(&graph, &context(purpose), &passes).0
     });

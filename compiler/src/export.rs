@@ -202,7 +202,7 @@ fn with_constants(graph: &Graph, uniform_values: &[f64]) -> Graph {
                     .for_each(|number| *number = to_constant(*number));
                 for step in steps {
                     if let GraphChainStep::Guard(guard) = step {
-                        guard.volume = guard.volume.map(to_constant);
+                        guard.numbers = guard.numbers.map(to_constant);
                     }
                 }
             }

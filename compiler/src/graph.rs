@@ -64,7 +64,7 @@ pub struct Guard {
     /// Point that it reads.
     pub point: NodeId,
     /// Centre of a box and the influence radius, then the box's half size and the factor.
-    pub volume: [GraphNumber; 8],
+    pub numbers: [GraphNumber; 8],
     /// Number of steps that it skips, including those behind nested guards.
     pub steps: u32,
 }
@@ -102,7 +102,7 @@ pub enum GraphNode {
         parameters: Vec<GraphNumber>,
     },
     /// Values blended one after the other into a first one by the same operation, with guards among
-    /// them. The guards do not change the value. Only the pass `bounding` creates chains.
+    /// them. The guards do not change the value. Only the pass `guards` creates chains.
     Chain {
         /// Operation: a blend.
         op: Op,
@@ -400,7 +400,7 @@ fn write_steps(text: &mut String, steps: &[GraphChainStep]) {
                 let _ = write!(text, "%{}", value.0);
             }
             GraphChainStep::Guard(guard) => {
-                let _ = write!(text, "near %{} {}:", guard.point.0, numbers(&guard.volume));
+                let _ = write!(text, "near %{} {}:", guard.point.0, numbers(&guard.numbers));
                 ends.push(index + 1 + guard.steps as usize);
             }
         }

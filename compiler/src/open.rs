@@ -181,7 +181,7 @@ pub fn open(
     } = outcome;
     let mut passes = request.passes.clone();
     if !request.emit_guards {
-        passes.disabled.push("bounding".to_owned());
+        passes.disabled.push("guards".to_owned());
     }
     let options = compile::Options {
         part: request.part.clone(),

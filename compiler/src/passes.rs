@@ -1,9 +1,9 @@
 //! The optimizer: passes from graph to graph, in order, each of which can be disabled.
 
-pub mod bounding;
 pub mod cse;
 pub mod dead;
 pub mod fold;
+pub mod guards;
 pub mod lipschitz;
 pub mod lod;
 mod pass;
@@ -43,11 +43,11 @@ pub const PASSES: [Pass; 6] = [
         run: lod::lod,
     },
     Pass {
-        name: "bounding",
+        name: "guards",
         summary: "adds guards that skip distant shapes; values stay the same",
         effect: PassEffect::None,
         needs_lod_target: false,
-        run: bounding::bounding,
+        run: guards::guards,
     },
     Pass {
         name: "dead",

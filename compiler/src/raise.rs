@@ -179,7 +179,7 @@ impl Raiser<'_> {
         let start = i.parameters as usize * 4;
         let guard = Guard {
             point: self.point(i),
-            volume: std::array::from_fn(|k| self.number(start + k)),
+            numbers: std::array::from_fn(|k| self.number(start + k)),
             steps: 0,
         };
         self.blocks.push(RaisedBlock {

@@ -430,7 +430,7 @@ impl Scheduler<'_> {
         let instruction = Instruction {
             pops,
             transform: frame,
-            parameters: self.add_numbers(&guard.volume),
+            parameters: self.add_numbers(&guard.numbers),
             ..Instruction::new(Opcode::Guard)
         };
         self.tasks.push(ScheduleTask::EndGuard {

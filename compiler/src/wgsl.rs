@@ -290,7 +290,7 @@ impl FunctionWriter<'_> {
         } else {
             (point, chain.name.clone())
         };
-        let [x, y, z, reach, a, b, c, factor] = guard.volume.map(|n| self.number(n));
+        let [x, y, z, reach, a, b, c, factor] = guard.numbers.map(|n| self.number(n));
         self.text(&format!(
             "if !({GUARD_NAME}({point}, {value}, vec3f({x}, {y}, {z}), {reach}, \
              vec3f({a}, {b}, {c}), {factor}) > 0.0) {{"

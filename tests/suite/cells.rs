@@ -436,7 +436,7 @@ fn without_guards(text: String) -> Module {
     let scene = scene.unwrap_or_else(|| panic!("{found:?}"));
     let passes = PassOptions {
         disable_all: false,
-        disabled: vec!["bounding".to_owned()],
+        disabled: vec!["guards".to_owned()],
     };
     let (compiled, found) = compile(
         scene,

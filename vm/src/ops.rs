@@ -5,7 +5,7 @@ pub mod combine;
 pub mod dimension;
 pub mod distance;
 pub mod domain;
+pub mod map_bounds;
 pub mod math;
 pub mod prepare;
 pub mod shapes;
-pub mod volumes;

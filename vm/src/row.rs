@@ -157,7 +157,7 @@ pub enum Continuity {
     HasPoles,
 }
 
-/// The rule for the bounding volume of a result, given those of its operands.
+/// The rule for the bounding box of a result, given those of its operands.
 #[derive(Clone, Copy, Debug)]
 pub enum BoundsRule {
     /// For shapes that have the same extent on both sides of the origin: the extents along x, y and z.
@@ -179,7 +179,7 @@ pub enum BoundsRule {
 }
 
 impl BoundsRule {
-    /// Returns the bounding volume of a shape by its parameters; `None` for a rule that is none for shapes.
+    /// Returns the bounding box of a shape by its parameters; `None` for a rule that is none for shapes.
     pub fn shape_bounds(&self, parameters: &[f64]) -> Option<Bounds> {
         match self {
             Self::Centred(extents) => Some(Bounds::centred(extents.map(|e| e.value(parameters)))),
@@ -331,7 +331,7 @@ pub struct OpFacts {
     pub slope: SlopeRule,
     /// Its continuity as a function of operands or point.
     pub continuity: Continuity,
-    /// The rule for its bounding volume.
+    /// The rule for its bounding box.
     pub bounds: BoundsRule,
     /// The set operation that it performs, with a blend or without.
     pub set: Option<SetOperation>,

@@ -14,7 +14,7 @@ mod methods;
 
 use crate::blend::{Blend, BlendKernel};
 use crate::interval::MAX_NOISE_STEEPNESS;
-use crate::ops::{prepare, shapes, volumes};
+use crate::ops::{map_bounds, prepare, shapes};
 use crate::real::Real;
 use crate::row::AxisExtent::{Function, Infinite, Largest, Sum};
 use crate::row::{
@@ -313,7 +313,7 @@ macro_rules! for_each_operation {
             /// The 2-D shape as a solid of the height `h` along z, half of it on each side of the plane.
             Extrude "extrude" = dimension::extrude(d: Value, p: Point; half: Scalar) -> Value, prepare::halve_first, OpFacts {
                 language: Some(BuiltinSignature { name: "extrude", arguments: &[required("h", A::Length)] }),
-                bounds: BoundsRule::Map(volumes::extrude),
+                bounds: BoundsRule::Map(map_bounds::extrude),
                 flats: &[flat(2, 0)],
                 source: "I. Quilez, Distance Functions: extrusion",
                 ..DIMENSION
@@ -322,7 +322,7 @@ macro_rules! for_each_operation {
             RoundedExtrude "rounded_extrude" = dimension::rounded_extrude(d: Value, p: Point; half: Scalar, round: Scalar) -> Value, prepare::rounded_extrude, OpFacts {
                 language: Some(BuiltinSignature { name: "extrude", arguments: &[required("h", A::Length), optional("round", A::LengthOrZero, &[0.0])] }),
                 exactness: Exactness::Bound,
-                bounds: BoundsRule::Map(volumes::extrude),
+                bounds: BoundsRule::Map(map_bounds::extrude),
                 source: "a smaller extrusion, offset outwards",
                 ..DIMENSION
             };
@@ -330,7 +330,7 @@ macro_rules! for_each_operation {
             Revolve "revolve" = dimension::revolve(p: Point; offset: Scalar) -> Point, prepare::identity, OpFacts {
                 language: Some(BuiltinSignature { name: "revolve", arguments: &[optional("offset", A::Offset, &[0.0])] }),
                 slope: SlopeRule::Fold,
-                bounds: BoundsRule::Map(volumes::revolve),
+                bounds: BoundsRule::Map(map_bounds::revolve),
                 axis_of_revolution: Some(Y_AXIS),
                 source: "I. Quilez, Distance Functions: revolution",
                 ..DIMENSION
@@ -340,7 +340,7 @@ macro_rules! for_each_operation {
                 language: Some(BuiltinSignature { name: "revolve", arguments: &[optional("offset", A::Offset, &[0.0]), required("angle", A::Angle)] }),
                 slope: SlopeRule::Fold,
                 continuity: Continuity::Jumps,
-                bounds: BoundsRule::Map(volumes::revolve),
+                bounds: BoundsRule::Map(map_bounds::revolve),
                 source: "the half plane of the point, or that of the nearer end",
                 ..DIMENSION
             };
@@ -356,7 +356,7 @@ macro_rules! for_each_operation {
             Slice "slice" = dimension::slice(p: Point;) -> Point, prepare::identity, OpFacts {
                 exactness: Exactness::Bound,
                 slope: SlopeRule::Fold,
-                bounds: BoundsRule::Map(volumes::slice),
+                bounds: BoundsRule::Map(map_bounds::slice),
                 source: "the solid's distance bounds that to its section",
                 ..DIMENSION
             };
@@ -550,7 +550,7 @@ macro_rules! for_each_operation {
             Mirror "mirror" = domain::mirror(p: Point; axes: Vec3) -> Point, prepare::mirror_flags, OpFacts {
                 language: Some(BuiltinSignature { name: "mirror", arguments: &[required("axes", A::Vec3)] }),
                 exactness: Exactness::ExactOutside,
-                bounds: BoundsRule::Map(volumes::mirror),
+                bounds: BoundsRule::Map(map_bounds::mirror),
                 source: "I. Quilez, Distance Functions: symmetry",
                 ..DOMAIN
             };
@@ -559,7 +559,7 @@ macro_rules! for_each_operation {
                 language: Some(BuiltinSignature { name: "repeat", arguments: &[required("spacing", A::Lengths3)] }),
                 exactness: Exactness::ExactOutside,
                 continuity: Continuity::Jumps,
-                bounds: BoundsRule::Map(volumes::repeat),
+                bounds: BoundsRule::Map(map_bounds::repeat),
                 source: "I. Quilez, Distance Functions: repetition",
                 ..DOMAIN
             };
@@ -567,7 +567,7 @@ macro_rules! for_each_operation {
             RepeatNeighbour "repeat_neighbour" = domain::repeat_neighbour(p: Point; spacing: Vec3, inverse: Vec3, which: Vec3) -> Point, prepare::spacing, OpFacts {
                 category: Category::Internal,
                 continuity: Continuity::Jumps,
-                bounds: BoundsRule::Map(volumes::repeat),
+                bounds: BoundsRule::Map(map_bounds::repeat),
                 source: "I. Quilez, Domain Repetition",
                 ..DOMAIN
             };
@@ -576,7 +576,7 @@ macro_rules! for_each_operation {
                 language: Some(BuiltinSignature { name: "repeat", arguments: &[required("spacing", A::Lengths3), required("count", A::Counts3)] }),
                 exactness: Exactness::ExactOutside,
                 continuity: Continuity::Jumps,
-                bounds: BoundsRule::Map(volumes::repeat_limited),
+                bounds: BoundsRule::Map(map_bounds::repeat_limited),
                 source: "I. Quilez, Distance Functions: limited repetition",
                 ..DOMAIN
             };
@@ -584,7 +584,7 @@ macro_rules! for_each_operation {
             RepeatLimitedNeighbour "repeat_limited_neighbour" = domain::repeat_limited_neighbour(p: Point; spacing: Vec3, inverse: Vec3, last: Vec3, which: Vec3) -> Point, prepare::limited_spacing, OpFacts {
                 category: Category::Internal,
                 continuity: Continuity::Jumps,
-                bounds: BoundsRule::Map(volumes::repeat_limited),
+                bounds: BoundsRule::Map(map_bounds::repeat_limited),
                 source: "I. Quilez, Domain Repetition",
                 ..DOMAIN
             };
@@ -593,7 +593,7 @@ macro_rules! for_each_operation {
                 language: Some(BuiltinSignature { name: "polar", arguments: &[required("n", A::Count), optional("phase", A::Angle, &[0.0])] }),
                 exactness: Exactness::ExactOutside,
                 continuity: Continuity::Jumps,
-                bounds: BoundsRule::Map(volumes::polar),
+                bounds: BoundsRule::Map(map_bounds::polar),
                 source: "hg_sdf by Mercury, 2015: modulo polar",
                 ..DOMAIN
             };
@@ -601,7 +601,7 @@ macro_rules! for_each_operation {
             PolarNeighbour "polar_neighbour" = domain::polar_neighbour(p: Point; sector: Scalar, inverse: Scalar, phase: Scalar, which: Scalar) -> Point, prepare::polar_neighbour, OpFacts {
                 category: Category::Internal,
                 continuity: Continuity::Jumps,
-                bounds: BoundsRule::Map(volumes::polar),
+                bounds: BoundsRule::Map(map_bounds::polar),
                 source: "I. Quilez, Domain Repetition",
                 ..DOMAIN
             };
@@ -610,7 +610,7 @@ macro_rules! for_each_operation {
                 language: Some(BuiltinSignature { name: "polar", arguments: &[required("n", A::Count), optional("phase", A::Angle, &[0.0])] }),
                 exactness: Exactness::ExactOutside,
                 continuity: Continuity::Jumps,
-                bounds: BoundsRule::Map(volumes::polar_plane),
+                bounds: BoundsRule::Map(map_bounds::polar_plane),
                 source: "hg_sdf by Mercury, 2015: modulo polar",
                 ..DOMAIN
             };
@@ -618,7 +618,7 @@ macro_rules! for_each_operation {
             PolarPlaneNeighbour "polar_plane_neighbour" = domain::polar_plane_neighbour(p: Point; sector: Scalar, inverse: Scalar, phase: Scalar, which: Scalar) -> Point, prepare::polar_neighbour, OpFacts {
                 category: Category::Internal,
                 continuity: Continuity::Jumps,
-                bounds: BoundsRule::Map(volumes::polar_plane),
+                bounds: BoundsRule::Map(map_bounds::polar_plane),
                 source: "I. Quilez, Domain Repetition",
                 ..DOMAIN
             };
@@ -626,7 +626,7 @@ macro_rules! for_each_operation {
             Elongate "elongate" = domain::elongate(p: Point; half: Vec3) -> Point, prepare::half_size, OpFacts {
                 language: Some(BuiltinSignature { name: "elongate", arguments: &[required("by", A::Lengths3)] }),
                 exactness: Exactness::Bound,
-                bounds: BoundsRule::Map(volumes::elongate),
+                bounds: BoundsRule::Map(map_bounds::elongate),
                 source: "I. Quilez, Distance Functions: elongation",
                 ..DOMAIN
             };
@@ -634,8 +634,8 @@ macro_rules! for_each_operation {
             Twist "twist" = domain::twist(p: Point; rate: Scalar) -> Point, prepare::identity, OpFacts {
                 language: Some(BuiltinSignature { name: "twist", arguments: &[required("rate", A::Angle)] }),
                 exactness: Exactness::Unknown,
-                slope: SlopeRule::PointMap(volumes::twist_stretch),
-                bounds: BoundsRule::Map(volumes::twist),
+                slope: SlopeRule::PointMap(map_bounds::twist_stretch),
+                bounds: BoundsRule::Map(map_bounds::twist),
                 source: "A. Barr, Global and Local Deformations, 1984; stretch by its singular values",
                 ..DOMAIN
             };
@@ -643,8 +643,8 @@ macro_rules! for_each_operation {
             Bend "bend" = domain::bend(p: Point; rate: Scalar) -> Point, prepare::identity, OpFacts {
                 language: Some(BuiltinSignature { name: "bend", arguments: &[required("rate", A::Angle)] }),
                 exactness: Exactness::Unknown,
-                slope: SlopeRule::PointMap(volumes::bend_stretch),
-                bounds: BoundsRule::Map(volumes::bend),
+                slope: SlopeRule::PointMap(map_bounds::bend_stretch),
+                bounds: BoundsRule::Map(map_bounds::bend),
                 source: "I. Quilez, Distance Functions: cheap bend; stretch by its singular values",
                 ..DOMAIN
             };
@@ -721,7 +721,7 @@ macro_rules! for_each_operation {
                 category: Category::Internal,
                 exactness: Exactness::Bound,
                 slope: SlopeRule::Step,
-                bounds: BoundsRule::Map(volumes::bounded),
+                bounds: BoundsRule::Map(map_bounds::bounded),
                 uses_only_signs: true,
                 source: "the larger of two bounds",
                 ..DISTANCE
@@ -763,7 +763,7 @@ macro_rules! for_each_operation {
             /// A number of the program.
             Constant "constant" = math::constant(; value: Scalar) -> Value, prepare::identity, OpFacts {
                 slope: SlopeRule::Constant(0.0),
-                bounds: BoundsRule::Shape(volumes::constant),
+                bounds: BoundsRule::Shape(map_bounds::constant),
                 ..MATH
             };
             /// The point with the three operands as its coordinates.

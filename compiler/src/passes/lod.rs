@@ -27,7 +27,7 @@ mod probe;
 mod sensitivity;
 pub(super) mod target;
 
-use super::bounding::influence::InfluenceBoxes;
+use super::guards::influence::InfluenceBoxes;
 use super::pass::{Context, PassOutput, plural};
 use crate::graph::{Graph, GraphNode, NodeId};
 use sdfc_vm::bounds::Bounds;
@@ -72,8 +72,12 @@ pub fn lod(graph: &Graph, context: &Context) -> PassOutput {
 }
 
 /// Returns the influence box of a value in world space, and its distance ratio.
-fn in_world(graph: &Graph, volumes: &InfluenceBoxes<'_>, id: NodeId) -> Option<(Bounds, f64)> {
-    let volume = volumes.outermost(id)?;
-    let is_world = *graph.get(volume.space) == GraphNode::World;
-    is_world.then_some((volume.bounds, volume.distance_ratio))
+fn in_world(
+    graph: &Graph,
+    influence_boxes: &InfluenceBoxes<'_>,
+    id: NodeId,
+) -> Option<(Bounds, f64)> {
+    let influence_box = influence_boxes.outermost(id)?;
+    let is_world = *graph.get(influence_box.space) == GraphNode::World;
+    is_world.then_some((influence_box.bounds, influence_box.distance_ratio))
 }

@@ -1,9 +1,8 @@
 //! Building cells, level by level, on all cores.
 
-use super::split_rule::SplitRule;
+use super::split_rule::{SiblingTapes, SplitDecision, SplitRule};
 use super::{Aabb, CHILDREN, Cell, CellNode, CellSplit, Cells, EMPTY, FULL, LEAF, NODE, TapeRange};
 use crate::work_stealing::parallel_map_with;
-use sdfc_shaders::interpreter::split_cells::MAX_STALLED_LEVELS;
 use sdfc_vm::dual::Dual;
 use sdfc_vm::interval::FloatInterval;
 use sdfc_vm::lanes::{F32x64, LANES};
@@ -381,28 +380,27 @@ impl<'a> Worker<'a> {
             };
             output.cells.push((cell, false));
         }
-        // A child that keeps its parent's tape is no reason to stop where the other children lose most of it.
-        // It is still large, and what it contains is small.
         let new_cells = &output.cells[first..];
-        let lengths = new_cells.iter().map(|(cell, _)| cell.tape.len as usize);
-        let is_stalled = lengths.sum::<usize>() * 10 > new_cells.len() * tape.len() * 9;
+        let siblings = SiblingTapes::new(
+            tape.len(),
+            cells.cell(parent).stalled_levels,
+            root_clauses,
+            new_cells.iter().map(|(cell, _)| cell.tape.len as usize),
+        );
         for (index, min_abs_field) in (first..output.cells.len()).zip(min_abs_field) {
-            let range = output.cells[index].0.tape;
-            let len = range.len as usize;
-            let stalled_levels = match is_stalled && len * 10 > tape.len() * 9 {
-                true => cells.cell(parent).stalled_levels + 1,
-                false => 0,
-            };
-            let max_stalled_levels = MAX_STALLED_LEVELS[usize::from(len * 2 <= root_clauses)];
-            // Smaller cells have tighter slope bounds, too.
-            let is_profitable = stalled_levels < max_stalled_levels
-                || slopes && self.is_raw(output.tape(range).unwrap_or(tape));
+            let Cell {
+                region,
+                tape: range,
+                ..
+            } = &output.cells[index].0;
+            let clauses = range.len as usize;
+            let decision = siblings.decide(spec.rule, (region, clauses, min_abs_field), || {
+                slopes && self.is_raw(output.tape(*range).unwrap_or(tape))
+            });
             let (cell, is_split) = &mut output.cells[index];
-            let should_split =
-                is_profitable && spec.rule.should_split(&cell.region, len, min_abs_field);
-            cell.stalled_levels = stalled_levels;
-            cell.is_deferred = should_split && spec.rule.defers(len);
-            *is_split = should_split && !cell.is_deferred;
+            cell.stalled_levels = siblings.stalled_levels(clauses);
+            cell.is_deferred = decision == SplitDecision::Defer;
+            *is_split = decision == SplitDecision::Split;
         }
         output.nodes.push(children);
     }

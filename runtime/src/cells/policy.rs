@@ -1,11 +1,10 @@
-//! Policy of cells: which part of space is split, how small cells get, and when cells are profitable.
+//! Policy of cells: which part of space is split, and when cells are profitable.
 
-use super::split_rule::{ScreenSpaceLeafLimit, SplitRule};
+use super::split_rule::{CpuLevels, PrunedLeafLimit, ScreenSpaceLeafLimit};
 use super::{Aabb, CellSpec, CellSplit};
 use crate::render::plane::face_on_plane;
 use crate::render::{CellMode, PixelPlane, RenderJob};
 use glam::Vec3;
-use sdfc_shaders::interpreter::split_cells::MAX_TAPE_CLAUSES;
 use sdfc_shaders::layout::{self, FrameUniforms};
 use sdfc_vm::program::{Opcode, Program};
 use sdfc_vm::row::Category;
@@ -80,9 +79,6 @@ fn enclosing_cube(Aabb { low, high }: &Aabb, margin: f32) -> Aabb {
     }
 }
 
-/// Maximum number of clauses of a tape that is not pruned further, for engines that look up each point.
-const MAX_LEAF_CLAUSES: usize = 6;
-
 /// Maximum ratio of the side of cached cells to the side that an edited scene requires. Leaves of the cached
 /// cells are as small, but there are more of them around the scene.
 const MAX_REUSE_SIZE_RATIO: f32 = 2.0;
@@ -137,7 +133,7 @@ pub(crate) struct CellRegion {
     region: Aabb,
     split: CellSplit,
     band: f32,
-    pixels: ScreenSpaceLeafLimit,
+    rule: PrunedLeafLimit,
 }
 
 impl CellRegion {
@@ -152,7 +148,7 @@ impl CellRegion {
                 region,
                 split,
                 band,
-                pixels: ScreenSpaceLeafLimit::from_uniforms(frame),
+                rule: PrunedLeafLimit(ScreenSpaceLeafLimit::from_uniforms(frame)),
             });
         }
         // Samples for occlusion and for normals lie outside the bounds.
@@ -168,7 +164,7 @@ impl CellRegion {
             region: enclosing_cube(&extent, EDIT_MARGIN),
             split: CellSplit::Volume,
             band: f32::INFINITY,
-            pixels: ScreenSpaceLeafLimit::from_uniforms(frame),
+            rule: PrunedLeafLimit(ScreenSpaceLeafLimit::from_uniforms(frame)),
         })
     }
 
@@ -193,7 +189,7 @@ impl CellRegion {
             region: self.region,
             split: self.split,
             band: self.band,
-            rule: self,
+            rule: &self.rule,
         }
     }
 
@@ -209,6 +205,11 @@ impl CellRegion {
         }
     }
 
+    /// The rule by which the CPU splits cells before a device continues.
+    pub(crate) fn cpu_levels(&self) -> CpuLevels<'_> {
+        CpuLevels(&self.rule)
+    }
+
     /// The parameters with which a device splits cells further, for the program of `tape` with this band.
     /// Buffer capacities and the words for culled cells are filled in by [`crate::gpu::cell_builder`] and its caller.
     pub(crate) fn gpu_split_params(&self, tape: &Tape, band: f32) -> layout::SplitParams {
@@ -220,41 +221,14 @@ impl CellRegion {
             max_levels: self.split.max_levels(),
             size,
             digit_bits: self.split.digit_bits(),
-            camera: self.pixels.camera,
-            pixel_size: self.pixels.pixel_size,
-            pixel_growth: self.pixels.pixel_growth,
-            max_leaf_pixels: self.pixels.max_leaf_pixels,
             // Devices need not support infinity.
             band: band.min(f32::MAX),
             slope: tape.lipschitz.result.min(f32::MAX),
             // Exceeds the rounding error of looking up a point's cell and of that cell's corners.
             rounding: (farthest + self.region.longest_side()) * 5e-7,
-            max_leaf_clauses: MAX_LEAF_CLAUSES as u32,
             full_tape_length: tape.clauses.len() as u32,
-            ..layout::SplitParams::default()
+            ..self.rule.gpu_params()
         }
-    }
-}
-
-/// Splitting on the CPU before a device continues: down to tapes that an invocation may walk through.
-pub(crate) struct CpuLevels<'a>(pub(crate) &'a CellRegion);
-
-impl SplitRule for CpuLevels<'_> {
-    fn should_split(&self, region: &Aabb, clauses: usize, min_abs_field: f32) -> bool {
-        self.0.should_split(region, clauses, min_abs_field)
-    }
-    fn defers(&self, clauses: usize) -> bool {
-        clauses <= MAX_TAPE_CLAUSES
-    }
-}
-
-impl SplitRule for CellRegion {
-    fn should_split(&self, region: &Aabb, clauses: usize, min_abs_field: f32) -> bool {
-        // A ray's step is about as long as the distance to the surface. In a cell smaller than that, rays
-        // take few samples.
-        clauses > MAX_LEAF_CLAUSES
-            && min_abs_field < 2.0 * region.longest_side()
-            && self.pixels.should_split(region, clauses, min_abs_field)
     }
 }
 

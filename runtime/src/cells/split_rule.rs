@@ -1,9 +1,12 @@
-//! Rules that decide whether a cell is split again. A device applies the rule of the screen itself, in
-//! `split_cells.wgsl`.
+//! Decision whether a cell is split again. A [`SplitRule`] compares its size and its tape with the screen and the
+//! scene. [`SiblingTapes`] stops where splits shorten tapes no more.
+//!
+//! A device applies [`PrunedLeafLimit`] and the stop itself, in `split_rule.wgsl`.
 
 use super::Aabb;
 use glam::Vec3;
-use sdfc_shaders::layout::FrameUniforms;
+use sdfc_shaders::interpreter::split_cells::{MAX_STALLED_LEVELS, MAX_TAPE_CLAUSES};
+use sdfc_shaders::layout::{FrameUniforms, SplitParams};
 
 /// Maximum side of a leaf, in pixels.
 const MAX_LEAF_PIXELS: f32 = 16.0;
@@ -11,6 +14,8 @@ const MAX_LEAF_PIXELS: f32 = 16.0;
 const MAX_TRIVIAL_LEAF_PIXELS: f32 = 256.0;
 /// Maximum number of clauses of a tape that further splits can hardly shorten.
 const MAX_TRIVIAL_TAPE_CLAUSES: usize = 2;
+/// Maximum number of clauses of a tape that is not pruned further, for engines that look up each point.
+const MAX_LEAF_CLAUSES: usize = 6;
 
 /// Decides which cells are split.
 pub trait SplitRule: Sync {
@@ -50,9 +55,7 @@ impl ScreenSpaceLeafLimit {
             max_side: f32::INFINITY,
         }
     }
-}
 
-impl ScreenSpaceLeafLimit {
     /// These limits, multiplied by `times`.
     pub(crate) fn coarsened(&self, times: f32) -> Self {
         Self {
@@ -81,5 +84,115 @@ impl SplitRule for ScreenSpaceLeafLimit {
             self.max_leaf_pixels
         };
         side > max_pixels * pixel || side > self.max_side
+    }
+}
+
+/// Limits of leaves for engines that look up the cell of every point.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct PrunedLeafLimit(pub(super) ScreenSpaceLeafLimit);
+
+impl PrunedLeafLimit {
+    /// The parameters with which a device applies these limits. All others have their defaults.
+    pub(super) fn gpu_params(&self) -> SplitParams {
+        let Self(pixels) = self;
+        SplitParams {
+            camera: pixels.camera,
+            pixel_size: pixels.pixel_size,
+            pixel_growth: pixels.pixel_growth,
+            max_leaf_pixels: pixels.max_leaf_pixels,
+            max_leaf_clauses: MAX_LEAF_CLAUSES as u32,
+            ..SplitParams::default()
+        }
+    }
+}
+
+impl SplitRule for PrunedLeafLimit {
+    fn should_split(&self, region: &Aabb, clauses: usize, min_abs_field: f32) -> bool {
+        // A ray's step is about as long as the distance to the surface. In a cell smaller than that, rays
+        // take few samples.
+        clauses > MAX_LEAF_CLAUSES
+            && min_abs_field < 2.0 * region.longest_side()
+            && self.0.should_split(region, clauses, min_abs_field)
+    }
+}
+
+/// Limits of the cells that the CPU splits before a device continues. Their tapes are short enough for an
+/// invocation to walk through.
+pub(crate) struct CpuLevels<'a>(pub(super) &'a PrunedLeafLimit);
+
+impl SplitRule for CpuLevels<'_> {
+    fn should_split(&self, region: &Aabb, clauses: usize, min_abs_field: f32) -> bool {
+        self.0.should_split(region, clauses, min_abs_field)
+    }
+    fn defers(&self, clauses: usize) -> bool {
+        clauses <= MAX_TAPE_CLAUSES
+    }
+}
+
+/// Next step for a new cell.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum SplitDecision {
+    /// It stays a leaf.
+    Leaf,
+    /// The next level splits it.
+    Split,
+    /// Another stage splits it ([`SplitRule::defers`]).
+    Defer,
+}
+
+/// Lengths of the tapes of the children of one cell, compared with the cell's own.
+pub(super) struct SiblingTapes {
+    parent_clauses: usize,
+    parent_stalled_levels: u32,
+    root_clauses: usize,
+    /// Set if the children together keep more than nine tenths of the clauses.
+    is_stalled: bool,
+}
+
+impl SiblingTapes {
+    /// Compares the lengths of the children's tapes with the parent's.
+    pub(super) fn new(
+        parent_clauses: usize,
+        parent_stalled_levels: u32,
+        root_clauses: usize,
+        lengths: impl ExactSizeIterator<Item = usize>,
+    ) -> Self {
+        let count = lengths.len();
+        Self {
+            parent_clauses,
+            parent_stalled_levels,
+            root_clauses,
+            is_stalled: lengths.sum::<usize>() * 10 > count * parent_clauses * 9,
+        }
+    }
+
+    /// Counts the successive levels, down to a child with this number of clauses, that shortened no tapes. A
+    /// child that keeps its parent's tape counts only if the other children do not lose most of it. It is
+    /// still large, and what it contains is small.
+    pub(super) fn stalled_levels(&self, clauses: usize) -> u32 {
+        if self.is_stalled && clauses * 10 > self.parent_clauses * 9 {
+            self.parent_stalled_levels + 1
+        } else {
+            0
+        }
+    }
+
+    /// Decides about a child. `has_slope_gain` reports whether its bound of slopes gets tighter with its size,
+    /// so that splits pay off without shorter tapes.
+    pub(super) fn decide(
+        &self,
+        rule: &dyn SplitRule,
+        (region, clauses, min_abs_field): (&Aabb, usize, f32),
+        has_slope_gain: impl FnOnce() -> bool,
+    ) -> SplitDecision {
+        let max_stalled_levels = MAX_STALLED_LEVELS[usize::from(clauses * 2 <= self.root_clauses)];
+        let is_profitable = self.stalled_levels(clauses) < max_stalled_levels || has_slope_gain();
+        if !is_profitable || !rule.should_split(region, clauses, min_abs_field) {
+            SplitDecision::Leaf
+        } else if rule.defers(clauses) {
+            SplitDecision::Defer
+        } else {
+            SplitDecision::Split
+        }
     }
 }

@@ -231,6 +231,8 @@ pub fn kernel(
         "\n",
         decision_text,
         "\n",
+        include_str!("../kernels/split_rule.wgsl"),
+        "\n",
     ] {
         text.push_str(part);
     }

@@ -269,18 +269,6 @@ fn reserve_tape(length: u32) -> u32 {
     return select(0u, start, start + word_count <= job_queue.params.tape_capacity);
 }
 
-// Returns whether a cell is split further, by the policy for cells in the runtime.
-fn should_split(low: vec3f, side: vec3f, clauses: u32, min_abs_field: f32) -> bool {
-    let longest = max(max(side.x, side.y), side.z);
-    let offset = max(max(low - job_queue.params.camera, job_queue.params.camera - (low + side)), vec3f(0.0));
-    let squares = offset * offset;
-    let distance = max(sqrt(squares.x + squares.y + squares.z), longest * 0.25);
-    let pixel = job_queue.params.pixel_size + job_queue.params.pixel_growth * distance;
-    return clauses > job_queue.params.max_leaf_clauses
-        && min_abs_field < 2.0 * longest
-        && longest > job_queue.params.max_leaf_pixels * pixel;
-}
-
 // Builds a child.
 fn build_child(claim: ClaimedJob, lane: u32) -> ChildStats {
     let job = claim.job;
@@ -348,21 +336,11 @@ fn build_child(claim: ClaimedJob, lane: u32) -> ChildStats {
     return stats;
 }
 
-// Returns whether a number of clauses is at least nine tenths of another.
-fn is_hardly_shorter(length: u32, other: u32) -> bool {
-    return length * 10u > other * 9u;
-}
-
-// Lists a child to be split, unless it is stalled; returns 1 without memory for it. A child that kept all
-// clauses is split further where its siblings lost most of theirs: it is still large, and its contents are
-// small.
+// Lists a child to be split, unless it is stalled; returns 1 without memory for it.
 fn enqueue_child(job: CellJob, child: ChildStats, cells: u32, clauses: u32) -> u32 {
     var next = child.next;
-    if is_hardly_shorter(clauses, cells * job.length) && is_hardly_shorter(next.length, job.length) {
-        next.stalled_levels = job.stalled_levels + 1u;
-    }
-    let max_stalled = select(MAX_STALLED_FULL, MAX_STALLED_PRUNED, next.length * 2u <= job_queue.params.full_tape_length);
-    if child.should_split == 0u || next.stalled_levels >= max_stalled { return 0u; }
+    next.stalled_levels = count_stalled_levels(job, next.length, cells, clauses);
+    if child.should_split == 0u || is_stalled(next) { return 0u; }
     return select(1u, 0u, enqueue_job(next));
 }
 

@@ -59,9 +59,9 @@ pub(super) fn shape_by_body(op: Op, k: &[f64]) -> Option<LeafShape> {
     let width = row.parameters.iter().map(|p| p.ty.width()).sum();
     let parameters = k[..width].to_vec();
     let bounds = match (facts.bounds.shape_bounds(&parameters), facts.exactness) {
-        (Some(volume), Exactness::Exact | Exactness::ExactOutside) => InfluenceBox {
-            low: volume.min,
-            high: volume.max,
+        (Some(bounds), Exactness::Exact | Exactness::ExactOutside) => InfluenceBox {
+            low: bounds.min,
+            high: bounds.max,
             distance_ratio: 1.0,
         },
         _ => InfluenceBox::ALL_SPACE,

@@ -6,12 +6,12 @@
 //! - the body `NAME`: the distance, from the point and the parameters;
 //! - `NAME_parameters`: the conversion of a call's arguments to the parameters, unless one of
 //!   [`prepare`](super::prepare) does it;
-//! - functions of the parameters for its bounding volume, if its row needs any: the extent along an axis, or
-//!   the whole volume, `NAME_bounds`.
+//! - functions of the parameters for its bounding box, if its row needs any: the extent along an axis, or
+//!   the whole box, `NAME_bounds`.
 //!
-//! A shape's distance is at least that to its volume along the farthest axis; for exact shapes, it is at
+//! A shape's distance is at least that to its bounding box along the farthest axis; for exact shapes, it is at
 //! least the Euclidean distance. Blends rely on this: their offset is nonzero only where a shape's distance
-//! is small, and that must be near its volume. The volume of a 2-D shape is infinite along z: it is a prism
+//! is small, and that must be near its bounding box. The box of a 2-D shape is infinite along z: it is a prism
 //! until it is extruded.
 
 mod boxes;

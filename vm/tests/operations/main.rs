@@ -16,6 +16,7 @@ mod in_lanes;
 mod moving;
 mod noise;
 mod numbers;
+mod outline;
 mod precise;
 mod published;
 mod recorded;

@@ -18,7 +18,7 @@ use crate::scene::{SceneRef, ShapeId, ShapeKind};
 use sdfc_vm::apply::{OpResult, apply, pack_parameters};
 use sdfc_vm::bounds::Bounds;
 use sdfc_vm::interval::Interval;
-use sdfc_vm::ops::volumes;
+use sdfc_vm::ops::map_bounds;
 use sdfc_vm::row::SlopeRule;
 use sdfc_vm::table::Op;
 use sdfc_vm::vector::V3;
@@ -405,8 +405,8 @@ impl ShapeSlopes {
             _ => return (f64::INFINITY, Bounds::ALL_SPACE),
         };
         let inner = match op {
-            Op::Twist => volumes::polar(&[], region),
-            Op::Bend => volumes::polar_plane(&[], region),
+            Op::Twist => map_bounds::polar(&[], region),
+            Op::Bend => map_bounds::polar_plane(&[], region),
             _ => self.image(scene, op, parameters, region),
         };
         (max_stretch.max(1.0), inner)
@@ -563,8 +563,8 @@ fn larger_at_ends(ends: &[Vec<f64>; 2], rule: impl Fn(&[f64]) -> f64) -> f64 {
 /// Returns a region rotated by all angles about the axis of polar copies.
 fn rotated_region(region: &Bounds, is_2d: bool) -> Bounds {
     if is_2d {
-        volumes::polar_plane(&[], region)
+        map_bounds::polar_plane(&[], region)
     } else {
-        volumes::polar(&[], region)
+        map_bounds::polar(&[], region)
     }
 }

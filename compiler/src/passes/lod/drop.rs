@@ -3,7 +3,7 @@
 use super::sensitivity::{BlendRuns, Sensitivity, blend_width, magnitude, sensitivities};
 use super::{LodTarget, in_world};
 use crate::graph::{Graph, GraphNode, GraphNumber, NodeId};
-use crate::passes::bounding::influence::InfluenceBoxes;
+use crate::passes::guards::influence::InfluenceBoxes;
 use crate::passes::pass::rewrite_graph;
 use sdfc_vm::blend::BlendKernel;
 use sdfc_vm::table::Op;
@@ -33,13 +33,13 @@ enum Replacement {
 
 /// Returns the graph without amounts that are too small.
 pub(super) fn drop(graph: &Graph, target: &LodTarget) -> DropResult {
-    let volumes = InfluenceBoxes::new(graph);
+    let influence_boxes = InfluenceBoxes::new(graph);
     let runs = BlendRuns::new(graph);
-    let sensitivities = sensitivities(graph, &volumes, &runs);
+    let sensitivities = sensitivities(graph, &influence_boxes, &runs);
     let mut selector = DropSelector {
         graph,
         target,
-        volumes,
+        influence_boxes,
         runs,
         sensitivities,
         replacements: vec![None; graph.len()],
@@ -87,7 +87,7 @@ pub(super) fn drop(graph: &Graph, target: &LodTarget) -> DropResult {
 struct DropSelector<'g> {
     graph: &'g Graph,
     target: &'g LodTarget,
-    volumes: InfluenceBoxes<'g>,
+    influence_boxes: InfluenceBoxes<'g>,
     runs: BlendRuns,
     sensitivities: Vec<Sensitivity>,
     replacements: Vec<Option<Replacement>>,
@@ -121,11 +121,11 @@ impl DropSelector<'_> {
                 }
             }
             Op::Add | Op::Sub => {
-                let amount = magnitude(self.volumes.range(values[1]));
+                let amount = magnitude(self.influence_boxes.range(values[1]));
                 if amount.is_finite() {
                     self.consider_change(id, 0, values[0], amount);
                 } else if *op == Op::Add {
-                    let amount = magnitude(self.volumes.range(values[0]));
+                    let amount = magnitude(self.influence_boxes.range(values[0]));
                     self.consider_change(id, 1, values[1], amount);
                 }
             }
@@ -153,7 +153,7 @@ impl DropSelector<'_> {
     /// Drops a change of a value by this amount, if allowed. The value must be a distance, or have a
     /// known distance ratio.
     fn consider_change(&mut self, id: NodeId, index: usize, operand: NodeId, amount: f64) {
-        if in_world(self.graph, &self.volumes, operand).is_none() {
+        if in_world(self.graph, &self.influence_boxes, operand).is_none() {
             return;
         }
         let pixels = self.change_in_pixels(id, &[operand], amount, amount);
@@ -217,7 +217,9 @@ impl DropSelector<'_> {
         let sensitivity = self.sensitivities[id.0 as usize];
         let (mut distance, mut gain) = (0.0_f64, sensitivity.gain);
         for &operand in operands {
-            if let Some((bounds, distance_ratio)) = in_world(self.graph, &self.volumes, operand) {
+            if let Some((bounds, distance_ratio)) =
+                in_world(self.graph, &self.influence_boxes, operand)
+            {
                 let influence_box =
                     bounds.grown((sensitivity.influence_band + margin) / distance_ratio);
                 distance = distance.max(self.target.distance(&influence_box));

@@ -10,8 +10,8 @@ use super::probe::box_slack;
 use super::sensitivity::{BlendRuns, Sensitivity, sensitivities};
 use super::{LodTarget, in_world};
 use crate::graph::{Graph, GraphNode, GraphNumber, NodeId};
-use crate::passes::bounding::influence::InfluenceBoxes;
-use crate::passes::bounding::operands::{ChainOperands, OperandChain};
+use crate::passes::guards::influence::InfluenceBoxes;
+use crate::passes::guards::operands::{ChainOperands, OperandChain};
 use crate::passes::pass::rewrite_graph;
 use sdfc_vm::bounds::Bounds;
 use sdfc_vm::table::Op;
@@ -57,8 +57,8 @@ enum UnionOperand {
 
 /// Returns the graph with boxes in place of shapes that differ from them by at most `limit` pixels.
 pub(super) fn merge(graph: &Graph, target: &LodTarget, limit: f64) -> MergeResult {
-    let volumes = InfluenceBoxes::new(graph);
-    let sensitivities = sensitivities(graph, &volumes, &BlendRuns::new(graph));
+    let influence_boxes = InfluenceBoxes::new(graph);
+    let sensitivities = sensitivities(graph, &influence_boxes, &BlendRuns::new(graph));
     let mut merger = Merger {
         graph,
         target,
@@ -66,7 +66,7 @@ pub(super) fn merge(graph: &Graph, target: &LodTarget, limit: f64) -> MergeResul
         operands: ChainOperands::new(graph),
         paints: uniform_paints(graph),
         uses: graph.uses(),
-        volumes,
+        influence_boxes,
         sensitivities,
         covered: vec![false; graph.len()],
         shapes: 0,
@@ -155,7 +155,7 @@ struct Merger<'g> {
     target: &'g LodTarget,
     limit: f64,
     operands: ChainOperands<'g>,
-    volumes: InfluenceBoxes<'g>,
+    influence_boxes: InfluenceBoxes<'g>,
     sensitivities: Vec<Sensitivity>,
     paints: Vec<Option<Option<Paint>>>,
     uses: Vec<u32>,
@@ -247,7 +247,7 @@ impl Merger<'_> {
     ) -> Option<(MergeCandidate, Option<Paint>)> {
         let id = operands[index];
         let paint = self.paints[id.0 as usize].clone()?;
-        let (bounds, distance_ratio) = in_world(self.graph, &self.volumes, id)?;
+        let (bounds, distance_ratio) = in_world(self.graph, &self.influence_boxes, id)?;
         let Sensitivity {
             gain,
             influence_band,

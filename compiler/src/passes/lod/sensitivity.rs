@@ -2,7 +2,7 @@
 //! surface.
 
 use crate::graph::{Graph, GraphNode, GraphNumber, NodeId, constants};
-use crate::passes::bounding::influence::InfluenceBoxes;
+use crate::passes::guards::influence::InfluenceBoxes;
 use sdfc_vm::interval::Interval;
 use sdfc_vm::table::Op;
 
@@ -54,7 +54,7 @@ impl Sensitivity {
 /// Returns the sensitivities of all values.
 pub(super) fn sensitivities(
     graph: &Graph,
-    volumes: &InfluenceBoxes<'_>,
+    influence_boxes: &InfluenceBoxes<'_>,
     runs: &BlendRuns,
 ) -> Vec<Sensitivity> {
     let mut sensitivities = vec![Sensitivity::default(); graph.len()];
@@ -72,7 +72,7 @@ pub(super) fn sensitivities(
         for (index, input) in node.inputs().into_iter().enumerate() {
             let sensitivity = input_sensitivity(
                 graph,
-                volumes,
+                influence_boxes,
                 runs,
                 (id, node),
                 (index, input),
@@ -88,7 +88,7 @@ pub(super) fn sensitivities(
 /// Returns the sensitivity to an input, from that to the node.
 fn input_sensitivity(
     graph: &Graph,
-    volumes: &InfluenceBoxes<'_>,
+    influence_boxes: &InfluenceBoxes<'_>,
     runs: &BlendRuns,
     (id, node): (NodeId, &GraphNode),
     (index, input): (usize, NodeId),
@@ -151,7 +151,7 @@ fn input_sensitivity(
                 values[0]
             };
             node_sensitivity
-                .widened(magnitude(volumes.range(other)))
+                .widened(magnitude(influence_boxes.range(other)))
                 .with_sign_sensitivity(true)
         }
         _ => Sensitivity::UNKNOWN,

@@ -2,7 +2,7 @@
 //! the first levels if a device continues. Cells that an edit does not affect are kept from the image before
 //! ([`crate::cells`]).
 
-use crate::cells::policy::{CellRegion, CpuLevels};
+use crate::cells::policy::CellRegion;
 use crate::cells::{self, CHILDREN, CellSpec, Cells, DeferredCell, GpuCells};
 use crate::gpu::cell_builder::BufferFill;
 use crate::render::RenderJob;
@@ -262,7 +262,7 @@ impl CacheKey {
         spec: CellSpec<'_>,
         last: Option<ProgramCells>,
     ) -> ProgramCells {
-        let cpu_levels = CpuLevels(&self.region);
+        let cpu_levels = self.region.cpu_levels();
         let rule = if self.on_device {
             &cpu_levels
         } else {

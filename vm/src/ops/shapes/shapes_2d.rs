@@ -2,8 +2,8 @@
 
 use crate::bounds::Bounds;
 use crate::ops::dimension::corner;
+use crate::ops::map_bounds::along_z;
 use crate::ops::prepare::{half, inverse, sectors};
-use crate::ops::volumes::along_z;
 use crate::real::{Real, Vector2, lit};
 
 /// Rotates the point about the origin into the sector whose middle lies on the first axis. The sectors have
@@ -163,7 +163,7 @@ pub fn polygon_edge<R: Real>(acc: R, p: R::Vec2, a: R::Vec2, b: R::Vec2) -> R {
     R::select(inside, -d, d)
 }
 
-/// Bounds the edges of a polygon so far, given the two ends of the last one and the volume of those before.
+/// Bounds the edges of a polygon so far, given the two ends of the last one and the box of those before.
 pub fn polygon_edge_bounds(a: &[f64], before: &Bounds) -> Bounds {
     let edge = Bounds::EMPTY
         .including([a[0], a[1], 0.0])

@@ -31,7 +31,7 @@ const MAX_COORDINATE: f64 = 1e6;
 pub(super) struct BvhLeaf {
     pub(super) id: NodeId,
     /// Its influence box, if it can be skipped.
-    pub(super) volume: Option<NodeInfluenceBox>,
+    pub(super) influence_box: Option<NodeInfluenceBox>,
     /// Cost of running it, in instructions.
     pub(super) work: f64,
 }
@@ -43,7 +43,7 @@ pub(super) enum ChainStep {
     Blend(NodeId),
     /// A guard of the next `steps` steps.
     Guard {
-        volume: NodeInfluenceBox,
+        influence_box: NodeInfluenceBox,
         steps: usize,
     },
 }
@@ -63,7 +63,7 @@ pub(super) struct BvhBuilder<'a> {
 
 /// A node of the hierarchy.
 struct BvhNode {
-    volume: NodeInfluenceBox,
+    influence_box: NodeInfluenceBox,
     area: f64,
     /// Mean cost of running it, provided that it is not skipped.
     work: f64,
@@ -77,7 +77,7 @@ enum BvhNodeKind {
 
 impl<'a> BvhBuilder<'a> {
     pub(super) fn new(leaves: &'a [BvhLeaf], max_depth: usize) -> Self {
-        let boxes = leaves.iter().filter_map(|leaf| leaf.volume.as_ref());
+        let boxes = leaves.iter().filter_map(|leaf| leaf.influence_box.as_ref());
         let hull_of_all = boxes.fold(Bounds::EMPTY, |hull, v| hull.hull(&v.bounds));
         let margin = match hull_of_all.is_void() {
             true => 0.0,
@@ -106,15 +106,16 @@ impl<'a> BvhBuilder<'a> {
             .filter(|&index| Some(index) != first)
             .collect();
         if is_reorderable {
-            let (with_volume, without_volume) = self.group_by_space(indices);
-            self.emit_unguarded(&without_volume);
+            let (with_box, without_box) = self.group_by_space(indices);
+            self.emit_unguarded(&without_box);
             // One value that may be less than its distance would make all guards around it
             // conservative.
             let is_exact = |index: &usize| {
-                let volume = self.leaves[*index].volume.as_ref();
-                volume.is_some_and(|volume| volume.distance_ratio > MIN_EXACT_RATIO)
+                let influence_box = self.leaves[*index].influence_box.as_ref();
+                influence_box
+                    .is_some_and(|influence_box| influence_box.distance_ratio > MIN_EXACT_RATIO)
             };
-            let (exact, inexact) = with_volume.into_iter().partition(is_exact);
+            let (exact, inexact) = with_box.into_iter().partition(is_exact);
             self.emit_guarded(exact, true);
             self.emit_guarded(inexact, true);
             return;
@@ -137,9 +138,9 @@ impl<'a> BvhBuilder<'a> {
     /// Emits all operands in any order, except one that becomes the first value: the one that wastes
     /// the least work.
     pub(super) fn emit_with_first(&mut self) -> NodeId {
-        let wasted = |leaf: &BvhLeaf| match &leaf.volume {
-            Some(volume) => {
-                leaf.work * (1.0 - half_area(&volume.bounds, self.margin) / self.total_area)
+        let wasted = |leaf: &BvhLeaf| match &leaf.influence_box {
+            Some(influence_box) => {
+                leaf.work * (1.0 - half_area(&influence_box.bounds, self.margin) / self.total_area)
             }
             None => f64::NEG_INFINITY,
         };
@@ -169,9 +170,9 @@ impl<'a> BvhBuilder<'a> {
     /// Returns the point in whose space an operand's box lies.
     fn space(&self, index: usize) -> Option<NodeId> {
         self.leaves[index]
-            .volume
+            .influence_box
             .as_ref()
-            .map(|volume| volume.space)
+            .map(|influence_box| influence_box.space)
     }
 
     /// Partitions operands by the space in which most boxes lie.
@@ -218,12 +219,12 @@ impl<'a> BvhBuilder<'a> {
 
     fn leaf_node(&self, index: usize) -> Option<BvhNode> {
         let leaf = &self.leaves[index];
-        let volume = leaf.volume.clone()?;
+        let influence_box = leaf.influence_box.clone()?;
         Some(BvhNode {
-            area: half_area(&volume.bounds, self.margin),
+            area: half_area(&influence_box.bounds, self.margin),
             work: leaf.work,
             kind: BvhNodeKind::Leaf(leaf.id),
-            volume,
+            influence_box,
         })
     }
 
@@ -244,14 +245,14 @@ impl<'a> BvhBuilder<'a> {
         };
         let right = self.build(trees.split_off(cut), is_reorderable, level + 1)?;
         let left = self.build(trees, is_reorderable, level + 1)?;
-        let volume = left.volume.hull_with(&right.volume);
-        let area = half_area(&volume.bounds, self.margin);
+        let influence_box = left.influence_box.hull_with(&right.influence_box);
+        let area = half_area(&influence_box.bounds, self.margin);
         let work = [&left, &right].map(|tree| {
             let fraction = tree.area / area;
             tree.work.min(GUARD_COST + fraction * tree.work)
         });
         Some(BvhNode {
-            volume,
+            influence_box,
             area,
             work: work[0] + work[1],
             kind: BvhNodeKind::Pair(Box::new([left, right])),
@@ -263,9 +264,9 @@ impl<'a> BvhBuilder<'a> {
         if !is_reorderable {
             return self.cheapest_cut(trees).1;
         }
-        let hull = trees
-            .iter()
-            .fold(Bounds::EMPTY, |hull, tree| hull.hull(&tree.volume.bounds));
+        let hull = trees.iter().fold(Bounds::EMPTY, |hull, tree| {
+            hull.hull(&tree.influence_box.bounds)
+        });
         let side = |axis: usize| clamped(hull.max[axis]) - clamped(hull.min[axis]);
         let mut axes = vec![0, 1, 2];
         axes.sort_by(|&a, &b| side(b).total_cmp(&side(a)));
@@ -293,14 +294,14 @@ impl<'a> BvhBuilder<'a> {
         let mut costs_after = vec![0.0; trees.len()];
         let (mut hull, mut work) = (Bounds::EMPTY, 0.0);
         for (index, tree) in trees.iter().enumerate().rev() {
-            hull = hull.hull(&tree.volume.bounds);
+            hull = hull.hull(&tree.influence_box.bounds);
             work += tree.work;
             costs_after[index] = half_area(&hull, self.margin) * work;
         }
         let mut best = (f64::INFINITY, trees.len() / 2);
         let (mut hull, mut work) = (Bounds::EMPTY, 0.0);
         for (index, tree) in trees.iter().enumerate().take(trees.len() - 1) {
-            hull = hull.hull(&tree.volume.bounds);
+            hull = hull.hull(&tree.influence_box.bounds);
             work += tree.work;
             let cost = half_area(&hull, self.margin) * work + costs_after[index + 1];
             if cost < best.0 {
@@ -321,7 +322,7 @@ impl<'a> BvhBuilder<'a> {
         }
         let guard_index = self.steps.len();
         self.steps.push(ChainStep::Guard {
-            volume: tree.volume.clone(),
+            influence_box: tree.influence_box.clone(),
             steps: 0,
         });
         self.emit_content(tree, tree.area, level + 1);
@@ -346,7 +347,7 @@ impl<'a> BvhBuilder<'a> {
 /// Sorts by the midpoints along an axis; sorting is stable.
 fn sort_by_centre(trees: &mut [BvhNode], axis: usize) {
     let middle = |tree: &BvhNode| {
-        let b = &tree.volume.bounds;
+        let b = &tree.influence_box.bounds;
         clamped(b.min[axis]) + clamped(b.max[axis])
     };
     trees.sort_by(|a, b| middle(a).total_cmp(&middle(b)));

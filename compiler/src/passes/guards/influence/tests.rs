@@ -56,7 +56,7 @@ fn check(path: &Path) -> usize {
     if graph.len() > 500 {
         return 0;
     }
-    let volumes = InfluenceBoxes::new(&graph);
+    let influence_boxes = InfluenceBoxes::new(&graph);
     // `sdfc-trials` depends on this crate, so its generator cannot be used here.
     let mut state = 0x1234_5678_u64;
     let mut number = || {
@@ -71,10 +71,10 @@ fn check(path: &Path) -> usize {
         .collect();
     let mut count = 0;
     for (id, _) in graph.nodes() {
-        let Some(volume) = volumes.outermost(id) else {
+        let Some(influence_box) = influence_boxes.outermost(id) else {
             continue;
         };
-        if *graph.get(volume.space) != GraphNode::World {
+        if *graph.get(influence_box.space) != GraphNode::World {
             continue;
         }
         count += 1;
@@ -82,11 +82,13 @@ fn check(path: &Path) -> usize {
         part.root = id;
         let program = schedule(&part);
         for &p in &points {
-            let (value, distance_to_box) = (evaluate_f64(&program, p), volume.bounds.distance(p));
+            let (value, distance_to_box) =
+                (evaluate_f64(&program, p), influence_box.bounds.distance(p));
             assert!(
                 distance_to_box == 0.0
-                    || value >= (volume.distance_ratio * distance_to_box - 1e-5) * (1.0 - 1e-5),
-                "{}: %{} is {value} at {p:?}, {distance_to_box} from {volume:?}\n{}",
+                    || value
+                        >= (influence_box.distance_ratio * distance_to_box - 1e-5) * (1.0 - 1e-5),
+                "{}: %{} is {value} at {p:?}, {distance_to_box} from {influence_box:?}\n{}",
                 path.display(),
                 id.0,
                 graph.dump()

@@ -1,12 +1,12 @@
-//! Bounding volumes of operations other than shapes, from the parameters of the bodies (not the arguments of
+//! Bounding boxes of operations other than shapes, from the parameters of the bodies (not the arguments of
 //! the scene).
 //!
-//! A shape's distance is at least that to its volume, as [`shapes`](super::shapes) describes. For this reason,
-//! the maps keep empty volumes unchanged (see [`Bounds`]).
+//! A shape's distance is at least that to its bounding box, as [`shapes`](super::shapes) describes. For this reason,
+//! the maps keep empty boxes unchanged (see [`Bounds`]).
 
 use crate::bounds::Bounds;
 
-/// Returns a volume with another half length along z, around the xy plane. Empty volumes stay empty.
+/// Returns a box with another half length along z, around the xy plane. Empty boxes stay empty.
 pub(super) fn along_z(b: &Bounds, half: f64) -> Bounds {
     let mut b = *b;
     if !b.is_void() {
@@ -29,7 +29,7 @@ pub fn extrude(a: &[f64], shape: &Bounds) -> Bounds {
     along_z(shape, a[0])
 }
 
-/// A revolution: the offset from the axis. The volume is a disc around the y axis.
+/// A revolution: the offset from the axis. The box is a disc around the y axis.
 pub fn revolve(a: &[f64], shape: &Bounds) -> Bounds {
     if shape.is_void() {
         return *shape;
@@ -59,7 +59,7 @@ pub fn mirror(a: &[f64], shape: &Bounds) -> Bounds {
     b
 }
 
-/// A repetition: the spacing. The volume is infinite along each axis with a nonzero spacing.
+/// A repetition: the spacing. The box is infinite along each axis with a nonzero spacing.
 pub fn repeat(a: &[f64], shape: &Bounds) -> Bounds {
     let mut b = *shape;
     if !b.is_void() {
@@ -143,7 +143,7 @@ pub fn bounded(a: &[f64], _: &Bounds) -> Bounds {
     }
 }
 
-/// Returns an upper bound of the stretch of a twist by `rate` within a shape's volume. It is the largest
+/// Returns an upper bound of the stretch of a twist by `rate` within a shape's bounding box. It is the largest
 /// singular value of a shear by `rate` times the distance from the axis.
 pub fn twist_stretch(a: &[f64], shape: &Bounds) -> f64 {
     shear(1.0, a[0] * shape.radius_about_y(), a[0])

@@ -37,7 +37,7 @@ const BOX_MARGIN: f64 = 1.0 / 8192.0;
 const MIN_INFINITE_COORDINATE: f64 = 1e15;
 
 /// Returns the graph with guards.
-pub fn bounding(graph: &Graph, context: &Context) -> PassOutput {
+pub fn guards(graph: &Graph, context: &Context) -> PassOutput {
     let mut operands = ChainOperands::new(graph);
     let reorder = context.purpose == Purpose::Distance;
     let chains = operands.chains(reorder);
@@ -47,11 +47,11 @@ pub fn bounding(graph: &Graph, context: &Context) -> PassOutput {
             ..PassOutput::default()
         };
     }
-    let volumes = InfluenceBoxes::new(graph);
+    let influence_boxes = InfluenceBoxes::new(graph);
     let mut plans: HashMap<NodeId, Plan> = HashMap::new();
     // Nested chains come first, so that the depth of their guards is known.
     for chain in chains {
-        if let Some(plan) = plan(&chain, &mut operands, &volumes) {
+        if let Some(plan) = plan(&chain, &mut operands, &influence_boxes) {
             operands.set_depth(chain.root, plan.depth);
             plans.insert(chain.root, plan);
         }
@@ -114,9 +114,12 @@ impl Plan {
         let new_id = |id: NodeId| new_ids[id.0 as usize];
         let steps = self.steps.iter().map(|step| match step {
             ChainStep::Blend(value) => GraphChainStep::Blend(new_id(*value)),
-            ChainStep::Guard { volume, steps } => GraphChainStep::Guard(Guard {
-                point: new_id(volume.space),
-                volume: guard_numbers(volume, self.chain.sign, self.chain.support),
+            ChainStep::Guard {
+                influence_box,
+                steps,
+            } => GraphChainStep::Guard(Guard {
+                point: new_id(influence_box.space),
+                numbers: guard_numbers(influence_box, self.chain.sign, self.chain.support),
                 steps: *steps as u32,
             }),
         });
@@ -133,18 +136,23 @@ impl Plan {
 fn plan(
     chain: &OperandChain,
     operands: &mut ChainOperands<'_>,
-    volumes: &InfluenceBoxes<'_>,
+    influence_boxes: &InfluenceBoxes<'_>,
 ) -> Option<Plan> {
     let mut leaves = Vec::with_capacity(chain.operands.len());
     let mut depth = 0;
     for &id in &chain.operands {
-        let volume = volumes.outermost(id).filter(can_skip_points);
-        let info = operands.analyze(id, volume.as_ref().map(|volume| volume.space));
-        let volume = volume.filter(|_| info.is_closed && info.depth + 1 < MAX_GUARDS);
+        let influence_box = influence_boxes.outermost(id).filter(can_skip_points);
+        let info = operands.analyze(
+            id,
+            influence_box
+                .as_ref()
+                .map(|influence_box| influence_box.space),
+        );
+        let influence_box = influence_box.filter(|_| info.is_closed && info.depth + 1 < MAX_GUARDS);
         depth = depth.max(info.depth);
         leaves.push(BvhLeaf {
             id,
-            volume,
+            influence_box,
             work: info.work,
         });
     }
@@ -171,8 +179,8 @@ fn plan(
 }
 
 /// Reports whether a box can skip points: it is finite along at least two axes.
-fn can_skip_points(volume: &NodeInfluenceBox) -> bool {
-    let b = &volume.bounds;
+fn can_skip_points(influence_box: &NodeInfluenceBox) -> bool {
+    let b = &influence_box.bounds;
     let is_bounded =
         |i: &usize| b.min[*i] > -MIN_INFINITE_COORDINATE && b.max[*i] < MIN_INFINITE_COORDINATE;
     (0..3).filter(is_bounded).count() >= 2
@@ -180,13 +188,13 @@ fn can_skip_points(volume: &NodeInfluenceBox) -> bool {
 
 /// Returns the numbers that a guard compares with, for a chain whose operation has this sign and
 /// support.
-fn guard_numbers(volume: &NodeInfluenceBox, sign: f64, support: f64) -> [GraphNumber; 8] {
+fn guard_numbers(influence_box: &NodeInfluenceBox, sign: f64, support: f64) -> [GraphNumber; 8] {
     let (radius, factor) = (
-        support / volume.distance_ratio,
-        sign / volume.distance_ratio,
+        support / influence_box.distance_ratio,
+        sign / influence_box.distance_ratio,
     );
-    let margin = (volume.max_coordinate + radius) * BOX_MARGIN + f64::from(f32::EPSILON);
-    let b = volume.bounds.grown(margin);
+    let margin = (influence_box.max_coordinate + radius) * BOX_MARGIN + f64::from(f32::EPSILON);
+    let b = influence_box.bounds.grown(margin);
     let side = |i: usize| {
         let is_bounded = b.min[i] > -MIN_INFINITE_COORDINATE && b.max[i] < MIN_INFINITE_COORDINATE;
         match is_bounded {

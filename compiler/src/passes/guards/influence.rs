@@ -48,8 +48,8 @@ impl NodeInfluenceBox {
 
     fn with_bounds(self, bounds: Bounds, distance_ratio: f64) -> Option<Self> {
         let max_coordinate = self.max_coordinate;
-        let volume = Self::new(self.space, bounds, distance_ratio)?;
-        Some(volume.with_coordinate(max_coordinate))
+        let influence_box = Self::new(self.space, bounds, distance_ratio)?;
+        Some(influence_box.with_coordinate(max_coordinate))
     }
 
     fn with_coordinate(mut self, max_coordinate: f64) -> Self {
@@ -88,7 +88,7 @@ fn largest_coordinate(bounds: &Bounds) -> f64 {
 /// Influence boxes of all values of a graph.
 pub(in crate::passes) struct InfluenceBoxes<'g> {
     graph: &'g Graph,
-    volumes: Vec<Option<NodeInfluenceBox>>,
+    influence_boxes: Vec<Option<NodeInfluenceBox>>,
     /// Ranges of the values over all of space.
     ranges: Vec<Interval>,
 }
@@ -96,18 +96,18 @@ pub(in crate::passes) struct InfluenceBoxes<'g> {
 impl<'g> InfluenceBoxes<'g> {
     /// Computes them, in the order of the graph.
     pub(in crate::passes) fn new(graph: &'g Graph) -> Self {
-        let mut volumes = Self {
+        let mut influence_boxes = Self {
             graph,
-            volumes: Vec::with_capacity(graph.len()),
+            influence_boxes: Vec::with_capacity(graph.len()),
             ranges: Vec::with_capacity(graph.len()),
         };
         for (id, node) in graph.nodes() {
-            let range = volumes.compute_range(node);
-            volumes.ranges.push(range);
-            let volume = volumes.compute_volume(id, node);
-            volumes.volumes.push(volume);
+            let range = influence_boxes.compute_range(node);
+            influence_boxes.ranges.push(range);
+            let influence_box = influence_boxes.compute_influence_box(id, node);
+            influence_boxes.influence_boxes.push(influence_box);
         }
-        volumes
+        influence_boxes
     }
 
     /// Returns the influence box of a value, in the space of the outermost point for which there is
@@ -117,7 +117,7 @@ impl<'g> InfluenceBoxes<'g> {
     }
 
     fn get(&self, id: NodeId) -> Option<&NodeInfluenceBox> {
-        self.volumes[id.0 as usize].as_ref()
+        self.influence_boxes[id.0 as usize].as_ref()
     }
 
     /// Returns the range of a value over all of space.
@@ -157,7 +157,7 @@ impl<'g> InfluenceBoxes<'g> {
         }
     }
 
-    fn compute_volume(&self, id: NodeId, node: &GraphNode) -> Option<NodeInfluenceBox> {
+    fn compute_influence_box(&self, id: NodeId, node: &GraphNode) -> Option<NodeInfluenceBox> {
         match node {
             GraphNode::Paint { value, .. } => self.get(*value).cloned(),
             GraphNode::Apply {
@@ -168,14 +168,14 @@ impl<'g> InfluenceBoxes<'g> {
             } => {
                 let numbers = constants(parameters)?;
                 if *op == Op::PolygonEdge {
-                    return self.polygon_volume(id);
+                    return self.polygon_box(id);
                 }
                 match op.row().facts.category {
-                    Category::Shape3 | Category::Shape2 => shape_volume(*op, (*point)?, &numbers),
-                    Category::Combine => self.combined_volume(*op, values, parameters, &numbers),
-                    Category::Math => self.arithmetic_volume(*op, values),
+                    Category::Shape3 | Category::Shape2 => shape_box(*op, (*point)?, &numbers),
+                    Category::Combine => self.combined_box(*op, values, parameters, &numbers),
+                    Category::Math => self.arithmetic_box(*op, values),
                     Category::Dimension | Category::Distance | Category::Internal => {
-                        self.modified_volume(*op, *point, values, &numbers)
+                        self.modified_box(*op, *point, values, &numbers)
                     }
                     Category::Domain => None,
                 }
@@ -189,7 +189,7 @@ impl<'g> InfluenceBoxes<'g> {
         }
     }
 
-    fn combined_volume(
+    fn combined_box(
         &self,
         op: Op,
         values: &[NodeId],
@@ -202,7 +202,7 @@ impl<'g> InfluenceBoxes<'g> {
             // At least the smaller operand, less the amount that the blend adds.
             (BoundsRule::Hull, _) => self.hull(a, b),
             (BoundsRule::HullGrown(_), Some(blend)) => {
-                self.blended_volume(op, blend, [a, b], parameters, numbers)
+                self.blended_box(op, blend, [a, b], parameters, numbers)
             }
             (BoundsRule::HullGrown(by), None) => self.hull(a, b)?.less_by(by(numbers)),
             // At least either operand.
@@ -215,7 +215,7 @@ impl<'g> InfluenceBoxes<'g> {
 
     /// Returns the box of a smooth union. A chain of them adds at most the kernel's maximum for all of
     /// its operands.
-    fn blended_volume(
+    fn blended_box(
         &self,
         op: Op,
         blend: Blend,
@@ -242,11 +242,11 @@ impl<'g> InfluenceBoxes<'g> {
                     .with_coordinate(*max_coordinate),
                 *operands,
             )),
-            (_, Some(volume)) => Some((volume.clone(), 1)),
+            (_, Some(influence_box)) => Some((influence_box.clone(), 1)),
             (_, None) => None,
         };
         let (first, operands) = first?;
-        let hull = self.hull_of_volumes(first, self.get(b)?.clone())?;
+        let hull = self.hull_of_boxes(first, self.get(b)?.clone())?;
         let operands = operands + 1;
         let bounds = hull.bounds;
         let mut result = hull.less_by(blend.kernel.max_chain_offset(numbers[0], operands))?;
@@ -254,28 +254,29 @@ impl<'g> InfluenceBoxes<'g> {
         Some(result)
     }
 
-    fn arithmetic_volume(&self, op: Op, values: &[NodeId]) -> Option<NodeInfluenceBox> {
+    fn arithmetic_box(&self, op: Op, values: &[NodeId]) -> Option<NodeInfluenceBox> {
         let [a, b] = values[..] else { return None };
         match op {
             Op::Min => self.hull(a, b),
             Op::Max => self.smaller(a, b),
             Op::Add => {
-                let less_by_range =
-                    |volume, subtrahend| self.volume_less_by(volume, -self.range(subtrahend).lo);
+                let less_by_range = |influence_box, subtrahend| {
+                    self.box_less_by(influence_box, -self.range(subtrahend).lo)
+                };
                 less_by_range(a, b).or_else(|| less_by_range(b, a))
             }
-            Op::Sub => self.volume_less_by(a, self.range(b).hi),
+            Op::Sub => self.box_less_by(a, self.range(b).hi),
             _ => None,
         }
     }
 
     /// Returns the box of a value that is less by `amount`.
-    fn volume_less_by(&self, id: NodeId, amount: f64) -> Option<NodeInfluenceBox> {
-        let volume = self.get(id).filter(|_| amount.is_finite())?;
-        volume.clone().less_by(amount)
+    fn box_less_by(&self, id: NodeId, amount: f64) -> Option<NodeInfluenceBox> {
+        let influence_box = self.get(id).filter(|_| amount.is_finite())?;
+        influence_box.clone().less_by(amount)
     }
 
-    fn modified_volume(
+    fn modified_box(
         &self,
         op: Op,
         point: Option<NodeId>,
@@ -313,7 +314,7 @@ impl<'g> InfluenceBoxes<'g> {
 
     /// Returns the box of a polygon with a closed chain of edges: only then is its value positive
     /// outside.
-    fn polygon_volume(&self, last: NodeId) -> Option<NodeInfluenceBox> {
+    fn polygon_box(&self, last: NodeId) -> Option<NodeInfluenceBox> {
         let mut bounds = Bounds::EMPTY;
         let (mut id, mut space, mut start, mut end) = (last, None, None, None);
         loop {
@@ -352,14 +353,10 @@ impl<'g> InfluenceBoxes<'g> {
     }
 
     fn hull(&self, a: NodeId, b: NodeId) -> Option<NodeInfluenceBox> {
-        self.hull_of_volumes(self.get(a)?.clone(), self.get(b)?.clone())
+        self.hull_of_boxes(self.get(a)?.clone(), self.get(b)?.clone())
     }
 
-    fn hull_of_volumes(
-        &self,
-        a: NodeInfluenceBox,
-        b: NodeInfluenceBox,
-    ) -> Option<NodeInfluenceBox> {
+    fn hull_of_boxes(&self, a: NodeInfluenceBox, b: NodeInfluenceBox) -> Option<NodeInfluenceBox> {
         let [a, b] = self.in_common_space(a, b)?;
         Some(a.hull_with(&b))
     }
@@ -388,31 +385,31 @@ impl<'g> InfluenceBoxes<'g> {
     }
 
     /// Returns the box in the space of the world's point, or the outermost one that can be reached.
-    fn hoisted(&self, mut volume: NodeInfluenceBox) -> NodeInfluenceBox {
-        while let Some(outer) = self.hoist_once(&volume) {
-            volume = outer;
+    fn hoisted(&self, mut influence_box: NodeInfluenceBox) -> NodeInfluenceBox {
+        while let Some(outer) = self.hoist_once(&influence_box) {
+            influence_box = outer;
         }
-        volume
+        influence_box
     }
 
     /// Returns the box in the next outer space.
-    fn hoist_once(&self, volume: &NodeInfluenceBox) -> Option<NodeInfluenceBox> {
-        let b = &volume.bounds;
-        let (space, bounds, distance_ratio) = match self.graph.get(volume.space) {
+    fn hoist_once(&self, influence_box: &NodeInfluenceBox) -> Option<NodeInfluenceBox> {
+        let b = &influence_box.bounds;
+        let (space, bounds, distance_ratio) = match self.graph.get(influence_box.space) {
             GraphNode::Moved { point, by } => {
                 let by = constants(by)?;
                 let bounds = Bounds {
                     min: std::array::from_fn(|i| b.min[i] - by[i]),
                     max: std::array::from_fn(|i| b.max[i] - by[i]),
                 };
-                (*point, bounds, volume.distance_ratio)
+                (*point, bounds, influence_box.distance_ratio)
             }
             GraphNode::Mapped { point, rows } => {
                 let rows = inverse(&constants(rows)?)?;
                 (
                     *point,
                     b.mapped(&rows),
-                    volume.distance_ratio / max_stretch(&rows),
+                    influence_box.distance_ratio / max_stretch(&rows),
                 )
             }
             GraphNode::Apply {
@@ -425,7 +422,7 @@ impl<'g> InfluenceBoxes<'g> {
                     min: std::array::from_fn(|i| b.min[i] - shifts[i].hi),
                     max: std::array::from_fn(|i| b.max[i] - shifts[i].lo),
                 };
-                (point, bounds, volume.distance_ratio)
+                (point, bounds, influence_box.distance_ratio)
             }
             GraphNode::Apply {
                 op,
@@ -439,13 +436,13 @@ impl<'g> InfluenceBoxes<'g> {
                 (
                     (*point)?,
                     rule(&constants(parameters)?, b),
-                    volume.distance_ratio,
+                    influence_box.distance_ratio,
                 )
             }
             _ => return None,
         };
         let hoisted = NodeInfluenceBox::new(space, bounds, distance_ratio)?;
-        Some(hoisted.with_coordinate(volume.max_coordinate))
+        Some(hoisted.with_coordinate(influence_box.max_coordinate))
     }
 
     /// Returns the point that these coordinates shift, and the ranges of the shifts.
@@ -490,7 +487,7 @@ fn bounds_by_rule(op: Op, numbers: &[f64]) -> Option<Bounds> {
     }
 }
 
-fn shape_volume(op: Op, point: NodeId, numbers: &[f64]) -> Option<NodeInfluenceBox> {
+fn shape_box(op: Op, point: NodeId, numbers: &[f64]) -> Option<NodeInfluenceBox> {
     match op.row().facts.exactness {
         Exactness::Exact | Exactness::ExactOutside => {
             NodeInfluenceBox::new(point, bounds_by_rule(op, numbers)?, 1.0)

@@ -1,0 +1,32 @@
+// Decision whether a cell is split again, as in the runtime's `cells/split_rule.rs`.
+
+// Returns whether the size of a cell and its tape allow to split it.
+fn should_split(low: vec3f, side: vec3f, clauses: u32, min_abs_field: f32) -> bool {
+    let longest = max(max(side.x, side.y), side.z);
+    let offset = max(max(low - job_queue.params.camera, job_queue.params.camera - (low + side)), vec3f(0.0));
+    let squares = offset * offset;
+    let distance = max(sqrt(squares.x + squares.y + squares.z), longest * 0.25);
+    let pixel = job_queue.params.pixel_size + job_queue.params.pixel_growth * distance;
+    return clauses > job_queue.params.max_leaf_clauses
+        && min_abs_field < 2.0 * longest
+        && longest > job_queue.params.max_leaf_pixels * pixel;
+}
+
+// Returns whether a number of clauses is at least nine tenths of another.
+fn is_hardly_shorter(length: u32, other: u32) -> bool {
+    return length * 10u > other * 9u;
+}
+
+// Counts the successive levels, down to a child with `length` clauses, that shortened no tapes. The job's
+// children are `cells` with `clauses` clauses together. A child that kept all clauses counts only if its
+// siblings did not lose most of theirs: it is still large, and its contents are small.
+fn count_stalled_levels(job: CellJob, length: u32, cells: u32, clauses: u32) -> u32 {
+    let is_stalled = is_hardly_shorter(clauses, cells * job.length) && is_hardly_shorter(length, job.length);
+    return select(0u, job.stalled_levels + 1u, is_stalled);
+}
+
+// Returns whether too many levels were stalled.
+fn is_stalled(job: CellJob) -> bool {
+    let is_pruned = job.length * 2u <= job_queue.params.full_tape_length;
+    return job.stalled_levels >= select(MAX_STALLED_FULL, MAX_STALLED_PRUNED, is_pruned);
+}
