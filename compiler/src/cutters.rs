@@ -254,7 +254,7 @@ impl CutterExtension<'_> {
         self.scene.derived(id, kind)
     }
 
-    /// The cutters of earlier subtractions from the same body.
+    /// Returns the cutters of earlier subtractions from the same body, the outermost subtraction first.
     fn previous_cutters(&self, mut body: ShapeId) -> Vec<ShapeId> {
         let mut cutters = Vec::new();
         loop {
@@ -440,7 +440,8 @@ impl CutterExtension<'_> {
     }
 }
 
-/// The map from the frame at the start of a path to that at its end. `None` if a step is not an affine map.
+/// Returns the map from the frame at the start of a path to that at its end. `None` if a step is not an affine
+/// map.
 fn path_rows(path: &[PathStep]) -> Option<AffineRows> {
     path.iter()
         .rev()
@@ -450,7 +451,7 @@ fn path_rows(path: &[PathStep]) -> Option<AffineRows> {
         })
 }
 
-/// The composition of two affine maps.
+/// Composes two affine maps: the result applies `inner` first.
 fn compose(outer: &AffineRows, inner: &AffineRows) -> AffineRows {
     std::array::from_fn(|row| {
         std::array::from_fn(|column| {
@@ -461,8 +462,8 @@ fn compose(outer: &AffineRows, inner: &AffineRows) -> AffineRows {
     })
 }
 
-/// The size of a body. If the body has no finite side, the size of its largest cutter. Cutters follow the body
-/// in `shapes`.
+/// Returns the longest finite side of a body. If the body has none, it is that of its largest cutter. Cutters
+/// follow the body in `shapes`.
 fn size_of(shapes: &[ShapeId], mut bounds: impl FnMut(ShapeId) -> Bounds) -> f64 {
     let mut sizes = shapes.iter().map(|&id| size(&bounds(id)));
     match sizes.next() {
@@ -471,14 +472,14 @@ fn size_of(shapes: &[ShapeId], mut bounds: impl FnMut(ShapeId) -> Bounds) -> f64
     }
 }
 
-/// The longest finite side of a box.
+/// Returns the longest finite side of a box; −∞ if no side is finite.
 fn size(bounds: &Bounds) -> f64 {
     let sides = (0..3).map(|axis| bounds.max[axis] - bounds.min[axis]);
     let finite = sides.filter(|side| side.is_finite());
     finite.fold(f64::NEG_INFINITY, f64::max)
 }
 
-/// The length in the outer frame of a unit length in the inner frame, as a cube root of the volume ratio.
+/// Returns the length in the outer frame of a unit length in the inner frame, as a cube root of the volume ratio.
 fn scale(path: &[PathStep]) -> f64 {
     let volume = |step: &PathStep| match step {
         PathStep::Map(rows) => {

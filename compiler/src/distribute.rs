@@ -30,8 +30,8 @@ struct MapDistributor<'s> {
 }
 
 impl MapDistributor<'_> {
-    /// Recursion over nested shapes, whose depth the elaborator bounds; the same holds for the functions
-    /// below.
+    /// Distributes the maps of space in a shape over the operands below them. It recurses over nested shapes,
+    /// whose depth the elaborator bounds; the same holds for the functions below.
     fn distribute(&mut self, id: ShapeId) -> ShapeId {
         if let Some(&result) = self.results.get(&id) {
             return result;
@@ -81,7 +81,7 @@ impl MapDistributor<'_> {
         self.scene.derived(id, kind)
     }
 
-    /// The set operation and the operands of a shape, if the slopes of their values may differ from 1.
+    /// Returns the set operation and the operands of a shape, if the slopes of their values may differ from 1.
     fn liftable_operands(&mut self, id: ShapeId) -> Option<(Op, Vec<ShapeId>)> {
         match self.kind(id).clone() {
             ShapeKind::Combine { op, children, .. } => {

@@ -425,7 +425,7 @@ impl<'s> FormulaTable<'s> {
         format!("[{}]", numbers.map(|id| self.formula(id)).join(", "))
     }
 
-    /// Recursion over at most [`MAX_LEVELS`] levels.
+    /// Returns the definition of a number as text. It recurses over at most [`MAX_LEVELS`] levels.
     fn definition(&self, id: ExprId) -> String {
         match self.graph.get(id) {
             Expression::Constant(value) => short(*value),

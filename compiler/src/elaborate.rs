@@ -274,7 +274,7 @@ impl<'a> Elaborator<'a> {
         }
     }
 
-    /// Index of the scene's own module: the last one, after all imports.
+    /// Returns the index of the scene's own module: the last one, after all imports.
     fn root(&self) -> usize {
         self.modules.len() - 1
     }

@@ -250,7 +250,7 @@ impl Lowering<'_> {
         }
     }
 
-    /// Recursion over nested shapes, whose depth the elaborator bounds.
+    /// Lowers a shape without its underlay. It recurses over nested shapes, whose depth the elaborator bounds.
     fn shape_without_underlay(
         &mut self,
         id: ShapeId,

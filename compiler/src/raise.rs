@@ -98,7 +98,7 @@ impl RaisedBlock {
 }
 
 impl Raiser<'_> {
-    /// A verified program never pops more than it pushed.
+    /// Removes the node on top of the stack. A verified program never pops more than it pushed.
     fn pop(&mut self) -> NodeId {
         self.stack.pop().unwrap_or_default()
     }

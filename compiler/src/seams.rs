@@ -101,7 +101,7 @@ impl SeamSearch<'_> {
         warnings.collect()
     }
 
-    /// The operand whose inner values have a visible effect, if there is one.
+    /// Returns the operand whose inner values have a visible effect, if there is one.
     fn inner_effect(&mut self, kind: &ShapeKind) -> Option<(ShapeId, InnerEffect)> {
         let scene = SceneRef::from(&*self.scene);
         match kind {
@@ -132,7 +132,7 @@ impl SeamSearch<'_> {
         }
     }
 
-    /// A point near a seam of a shape, where the seam has a visible effect on the shape `combined`.
+    /// Returns a point near a seam of a shape, where the seam has a visible effect on the shape `combined`.
     fn find_seam(
         &mut self,
         combined: ShapeId,
@@ -180,7 +180,7 @@ impl SeamSearch<'_> {
             })
     }
 
-    /// The program of a single shape, at the current values of the parameters.
+    /// Lowers a single shape to its program, at the current values of the parameters.
     fn program(&mut self, id: ShapeId) -> Program {
         let mut uniforms = Uniforms::new(self.scene.params.iter().map(|param| param.value.len()));
         let purpose = Purpose::Distance;

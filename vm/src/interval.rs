@@ -352,8 +352,8 @@ impl<E: Endpoint> Mul for GenericInterval<E> {
     }
 }
 
-/// 0 · ∞ is 0 here: an infinite end means "arbitrarily large". (A function, because a closure would not be
-/// compiled into each loop over lanes.)
+/// Multiplies two ends. 0 · ∞ is 0 here: an infinite end means "arbitrarily large". (A function, because a closure
+/// would not be compiled into each loop over lanes.)
 #[inline(always)]
 fn product<E: Endpoint>(a: E, b: E) -> E {
     let zero = lit::<E>(0.0);

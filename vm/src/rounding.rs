@@ -223,7 +223,7 @@ impl RunningError {
     }
 }
 
-/// 0 · ∞ is 0 here: an infinite error that is multiplied by zero does not contribute.
+/// Multiplies two errors. 0 · ∞ is 0 here: an infinite error that is multiplied by zero does not contribute.
 #[inline(always)]
 fn times(a: f64, b: f64) -> f64 {
     if a == 0.0 || b == 0.0 { 0.0 } else { a * b }
@@ -482,7 +482,8 @@ impl Real for RunningError {
     fn power_of_two(self) -> Self {
         self.exp2()
     }
-    /// Not used by bodies, since the elementary functions have their own rules here: the error is unknown.
+    /// Returns the exponent with an unknown error. Bodies do not use it, since the elementary functions have their
+    /// own rules here.
     #[inline(always)]
     fn exponent(self) -> Self {
         Self::unknown(self.value.exponent(), self.branch_uncertain)

@@ -45,7 +45,7 @@ impl CutterExtension<'_> {
         spans
     }
 
-    /// The span in which a convex cutter contains the cross sections of a part.
+    /// Returns the span in which a convex cutter contains the cross sections of a part.
     fn span_in_convex(
         &mut self,
         part: &GrowingPart,
@@ -127,8 +127,8 @@ impl CutterExtension<'_> {
         (is_finite && points.iter().all(&mut is_inside)).then_some((axis, span))
     }
 
-    /// The ends, along the part's axis and in its frame, of a shape with the part's profile; `rows` map from
-    /// that frame to the shape's.
+    /// Returns the ends, along the part's axis and in its frame, of a shape with the part's profile. `rows` map
+    /// from that frame to the shape's.
     fn span_of_same_profile(
         &mut self,
         id: ShapeId,
@@ -190,7 +190,7 @@ impl CutterExtension<'_> {
     }
 }
 
-/// The coordinate of points along an axis, if it is common to all.
+/// Returns the coordinate of points along an axis, if it is common to all.
 fn common_coordinate(points: &[DVec3], axis: usize) -> Option<f64> {
     let first = points.first()?[axis];
     let size = points

@@ -247,7 +247,7 @@ impl CutterExtension<'_> {
     }
 }
 
-/// The longest side of a region, and its length; for a full turn the diameter.
+/// Returns the axis of the longest side of a region, and its length; for a full turn the diameter.
 fn longest_side(region: &Region, bounds: &Bounds) -> (usize, f64) {
     let length = |axis: usize| {
         let side = bounds.max[axis] - bounds.min[axis];
@@ -262,14 +262,14 @@ fn longest_side(region: &Region, bounds: &Bounds) -> (usize, f64) {
     })
 }
 
-/// The largest finite coordinate of a box, in magnitude.
+/// Returns the largest finite coordinate of a box, in magnitude.
 pub(super) fn max_coordinate(bounds: &Bounds) -> f64 {
     let ends = bounds.min.into_iter().chain(bounds.max);
     let finite = ends.filter(|end| end.is_finite());
     finite.fold(0.0, |max: f64, end| max.max(end.abs()))
 }
 
-/// Overlap of two boxes along an axis that counts as none.
+/// Returns the overlap of two boxes along an axis that counts as none, in units of length.
 fn overlap_tolerance(a: &Bounds, b: &Bounds, axis: usize) -> f64 {
     let ends = [a.min[axis], a.max[axis], b.min[axis], b.max[axis]];
     let finite = ends.into_iter().filter(|end| end.is_finite());

@@ -21,8 +21,8 @@ impl LinearForm {
         }
     }
 
-    /// The linear form of a number that does not depend on the point. Recursion over nested sums, which the
-    /// elaborator's limit of nested expressions bounds.
+    /// Returns the linear form of a number that does not depend on the point. It recurses over nested sums, which
+    /// the elaborator's limit of nested expressions bounds.
     pub(super) fn from_expr(expressions: &Expressions, id: ExprId) -> Self {
         let operand = |id: ExprId| Self::from_expr(expressions, id);
         if let Some(value) = expressions.as_constant(id) {
@@ -57,7 +57,7 @@ impl LinearForm {
         }
     }
 
-    /// The value, if it has no terms. Factors up to 1e-12 count as rounding errors.
+    /// Returns the value, if it has no terms. Factors up to 1e-12 count as rounding errors.
     pub(super) fn as_constant(&self) -> Option<f64> {
         let is_negligible = |term: &f64| term.abs() <= 1e-12;
         self.terms
@@ -74,7 +74,7 @@ impl LinearForm {
         self
     }
 
-    /// The sum with a multiple of another form.
+    /// Adds a multiple of another form.
     pub(super) fn plus_scaled(mut self, other: &Self, factor: f64) -> Self {
         self.constant += other.constant * factor;
         for (&id, &term) in &other.terms {
@@ -83,8 +83,7 @@ impl LinearForm {
         self
     }
 
-    /// The range of values, from the ranges of its terms. Relative factors up to 1e-12 count as rounding
-    /// errors.
+    /// Bounds the values, from the ranges of its terms. Relative factors up to 1e-12 count as rounding errors.
     pub(super) fn range(&self, mut range_of: impl FnMut(ExprId) -> Interval) -> Interval {
         let max_factor = self
             .terms

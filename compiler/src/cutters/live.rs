@@ -122,8 +122,8 @@ impl CutterExtension<'_> {
         self.translated(id, child, centre)
     }
 
-    /// Position of a face in the body's frame. It consists of its distance from the origin, its side, and the
-    /// units of the part's frame per unit of the body's.
+    /// Returns the position of a face in the body's frame. It consists of its distance from the origin, its side,
+    /// and the units of the part's frame per unit of the body's.
     pub(super) fn face_in_body_frame(
         &self,
         (mut axis, mut side): Side,
@@ -153,7 +153,8 @@ impl CutterExtension<'_> {
         Some((face, (axis, side), scale))
     }
 
-    /// The outer axis that a matrix maps to an inner one, with the factor, if the matrix keeps axes separate.
+    /// Returns the outer axis that a matrix maps to an inner one, with the factor, if the matrix keeps axes
+    /// separate.
     fn outer_axis(&self, matrix: &[ExprId; 12], inner: usize) -> Option<(usize, f64)> {
         let value = |row: usize, column: usize| {
             self.scene.expressions.as_constant(matrix[4 * row + column])
@@ -177,7 +178,7 @@ impl CutterExtension<'_> {
         is_alone.then_some((outer, factor))
     }
 
-    /// An upper bound of the extent of a shape on a side of its frame.
+    /// Returns an upper bound of the extent of a shape on a side of its frame.
     pub(super) fn extent_on_side(&mut self, id: ShapeId, side: Side) -> Option<LinearForm> {
         let (axis, sign) = side;
         let by_box = |extension: &mut Self| {
@@ -307,7 +308,7 @@ impl CutterExtension<'_> {
         }
     }
 
-    /// The largest of linear forms, if it is the same one for all values of the parameters.
+    /// Returns the largest of linear forms, if it is the same one for all values of the parameters.
     fn largest_of(&self, candidates: Vec<LinearForm>) -> Option<LinearForm> {
         let is_farther = |a: &LinearForm, b: &LinearForm| {
             self.min_value(&a.clone().plus_scaled(b, -1.0)) >= -TOUCH_TOLERANCE
@@ -319,7 +320,7 @@ impl CutterExtension<'_> {
         is_largest.then(|| largest.clone())
     }
 
-    /// The minimum of a linear form over all values of the parameters.
+    /// Returns a lower bound of a linear form over all values of the parameters.
     pub(super) fn min_value(&self, sum: &LinearForm) -> f64 {
         sum.range(|id| self.ranges.number(&self.scene.expressions, id))
             .lo

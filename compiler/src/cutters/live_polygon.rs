@@ -107,7 +107,7 @@ impl CutterExtension<'_> {
         true
     }
 
-    /// Lateral displacement of a wall per unit outwards, if it is the same for all parameter values.
+    /// Returns the lateral displacement of a wall per unit outwards, if it is the same for all parameter values.
     fn lateral_slope(&self, from: Corner, to: Corner, (axis, side): (usize, f64)) -> Option<f64> {
         let linear_form = |id: ExprId| LinearForm::from_expr(&self.scene.expressions, id);
         let rise = linear_form(to[axis])

@@ -30,7 +30,7 @@ pub(super) enum PointSet {
 }
 
 impl PointSet {
-    /// Bounding box.
+    /// Returns the bounding box in space; that of a ring encloses its turn about the y axis.
     pub(super) fn bounds(&self) -> Bounds {
         match self {
             Self::Box(bounds) => *bounds,
@@ -50,7 +50,7 @@ impl PointSet {
         }
     }
 
-    /// The half plane of a ring, as a box without depth.
+    /// Returns the half plane of a ring, as a box without depth.
     pub(super) fn half_plane(ring: &Bounds) -> Bounds {
         Bounds {
             min: [ring.min[0], ring.min[1], 0.0],
@@ -59,7 +59,7 @@ impl PointSet {
     }
 }
 
-/// The range of a sine or cosine of angles, times radii.
+/// Bounds a sine or cosine of angles, times radii.
 fn trig_range(radii: [f64; 2], angles: [f64; 2], function: fn(f64) -> f64) -> [f64; 2] {
     // Sine and cosine have their extremes at multiples of a right angle.
     let quarters = (-2..=2).map(|quarter| f64::from(quarter) * std::f64::consts::FRAC_PI_2);
@@ -85,8 +85,8 @@ impl<'s, 'u> MappedRange<'s, 'u> {
         }
     }
 
-    /// The range of a shape's values; `rows` map from the frame of the set to the shape's. Recursion over
-    /// nested shapes, whose depth the elaborator bounds.
+    /// Bounds a shape's values; `rows` map from the frame of the set to the shape's. It recurses over nested
+    /// shapes, whose depth the elaborator bounds.
     pub(super) fn over(&mut self, id: ShapeId, rows: &AffineRows, set: &PointSet) -> Interval {
         let scene = self.scene;
         self.range.operations += 1;
@@ -143,7 +143,7 @@ impl<'s, 'u> MappedRange<'s, 'u> {
         }
     }
 
-    /// The range of an extrusion, with the signs of its profile's range and of the height.
+    /// Bounds an extrusion, with the signs of its profile's range and of the height.
     fn extrusion_range(
         &mut self,
         child: ShapeId,
@@ -160,7 +160,7 @@ impl<'s, 'u> MappedRange<'s, 'u> {
         profile.max(height.abs() - Interval::point(half))
     }
 
-    /// An upper bound of the value of a shape at a point.
+    /// Returns an upper bound of the value of a shape at a point.
     pub(super) fn upper_bound_at(&mut self, id: ShapeId, p: DVec3) -> f64 {
         self.range
             .range_in_box(
@@ -199,7 +199,7 @@ impl<'s, 'u> MappedRange<'s, 'u> {
         }
     }
 
-    /// The minimum in a box of the tangent plane of a convex solid's distance at the centre. It avoids the
+    /// Returns the minimum in a box of the tangent plane of a convex solid's distance at the centre. It avoids the
     /// bounding box of a rotated box.
     fn supporting_plane_min(&self, id: ShapeId, rows: &AffineRows, bounds: &Bounds) -> Option<f64> {
         let ShapeKind::Primitive { op, parameters } = &self.scene.shapes[id.0 as usize].kind else {
@@ -246,7 +246,7 @@ impl<'s, 'u> MappedRange<'s, 'u> {
     }
 }
 
-/// A range with the sign of a polygon's values in a box: of one sign if no edge meets the box.
+/// Returns a range with the sign of a polygon's values in a box: of one sign if no edge meets the box.
 fn polygon_sign_range(corners: &[DVec2], rows: &AffineRows, bounds: &Bounds) -> Option<Interval> {
     let is_upright = [rows[0][2], rows[1][2], rows[2][0], rows[2][1]];
     if is_upright.iter().any(|&factor| factor != 0.0) {
@@ -297,7 +297,7 @@ fn segment_crosses_box(a: DVec3, b: DVec3, bounds: &Bounds) -> bool {
     first <= last
 }
 
-/// The map from outer to inner points of a frame with a constant matrix.
+/// Returns the map from outer to inner points of a frame with a constant matrix.
 pub(super) fn frame_rows(scene: &Scene, matrix: &[ExprId; 12]) -> Option<AffineRows> {
     let mut rows = IDENTITY;
     for (index, &id) in matrix.iter().enumerate() {
@@ -306,7 +306,7 @@ pub(super) fn frame_rows(scene: &Scene, matrix: &[ExprId; 12]) -> Option<AffineR
     Some(rows)
 }
 
-/// The map without its rotation about the y axis, which preserves distances from the axis.
+/// Returns the map without its rotation about the y axis, which preserves distances from the axis.
 fn without_y_rotation(rows: &AffineRows) -> Option<AffineRows> {
     let [x, y, z] = rows;
     let zero = |value: f64| value.abs() <= TOUCH_TOLERANCE;
@@ -339,8 +339,8 @@ pub(super) fn is_round(scene: &Scene, id: ShapeId) -> bool {
     op.row().facts.axis_of_revolution == Some(1)
 }
 
-/// The map of a ring's half plane that a map of space induces. It exists if the map of space maps
-/// the y axis to itself and preserves angles about it.
+/// Returns the map of a ring's half plane that a map of space induces. It exists if the map of space maps the y
+/// axis to itself and preserves angles about it.
 pub(super) fn half_plane_rows(rows: &AffineRows) -> Option<AffineRows> {
     let axis_length = (0..3).fold(0.0, |max: f64, i| max.max(rows[1][i].abs()));
     let zero = |value: f64, unit: f64| value.abs() <= TOUCH_TOLERANCE * unit.max(1.0);

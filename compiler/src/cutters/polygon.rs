@@ -27,7 +27,7 @@ struct Edge {
 }
 
 impl Edge {
-    /// An edge of a simple counterclockwise polygon whose adjacent edges lead outwards.
+    /// Returns an edge of a simple counterclockwise polygon. `None` if an adjacent edge does not lead outwards.
     fn new(points: &[DVec2], index: usize) -> Option<Self> {
         let count = points.len();
         let [previous, a, b, following] =
@@ -56,7 +56,7 @@ impl Edge {
         })
     }
 
-    /// Both ends, moved outwards by a distance.
+    /// Returns both ends, moved outwards by a distance. From `tip_distance` on they coincide.
     fn moved_ends(&self, distance: f64) -> [DVec2; 2] {
         let [a, b] = [0, 1].map(|i| self.ends[i] + self.end_directions[i] * distance);
         // At the tip, both ends are equal regardless of rounding.
@@ -67,7 +67,7 @@ impl Edge {
         }
     }
 
-    /// The map from the frame of the edge, with x outwards and y along it, to that of the polygon.
+    /// Returns the map from the frame of the edge, with x outwards and y along it, to that of the polygon.
     fn frame(&self) -> AffineRows {
         let (n, origin) = (self.normal, self.ends[0]);
         let mut rows = IDENTITY;
@@ -76,12 +76,12 @@ impl Edge {
         rows
     }
 
-    /// Coordinate of a point along the edge.
+    /// Returns the coordinate of a point along the edge, from its first end.
     fn coordinate_along(&self, p: DVec2) -> f64 {
         self.normal.perp_dot(p - self.ends[0])
     }
 
-    /// Bounding box of points in the frame of the edge, between two distances outwards.
+    /// Returns the bounding box of points in the frame of the edge, between two distances outwards.
     fn bounds(&self, points: &[DVec2], [from, to]: [f64; 2]) -> Bounds {
         let positions = points.iter().map(|&p| self.coordinate_along(p));
         Bounds {
@@ -197,12 +197,12 @@ impl CutterExtension<'_> {
     }
 }
 
-/// Twice the signed area of a triangle, positive if counterclockwise.
+/// Returns twice the signed area of a triangle, positive if counterclockwise.
 fn signed_double_area(a: DVec2, b: DVec2, c: DVec2) -> f64 {
     (b - a).perp_dot(c - a)
 }
 
-/// The longest edges of a polygon, in descending order.
+/// Returns at most `MAX_EDGES` edges of a polygon, the longest first.
 fn longest_edges(points: &[DVec2]) -> Vec<[DVec2; 2]> {
     let count = points.len();
     let mut edges: Vec<[DVec2; 2]> = (0..count)
@@ -229,7 +229,7 @@ fn contains_edge(points: &[DVec2], index: usize, [a, b]: [DVec2; 2]) -> bool {
         && own_ends[1] >= ends[0].max(ends[1]) - tolerance
 }
 
-/// The largest coordinate, in magnitude.
+/// Returns the largest coordinate, in magnitude; 0 for no points.
 fn max_coordinate(points: &[DVec2]) -> f64 {
     points
         .iter()
@@ -237,8 +237,8 @@ fn max_coordinate(points: &[DVec2]) -> f64 {
         .fold(0.0, |max: f64, v| max.max(v.abs()))
 }
 
-/// The corners of a simple polygon in counterclockwise order, without corners in the middle of a straight
-/// side.
+/// Returns the corners of a simple polygon in counterclockwise order, without corners in the middle of a straight
+/// side. `None` if the polygon is degenerate or intersects itself.
 fn simplified_corners(points: &[DVec2]) -> Option<Vec<DVec2>> {
     let tolerance = TOUCH_TOLERANCE * max_coordinate(points).powi(2);
     let mut kept: Vec<DVec2> = Vec::with_capacity(points.len());

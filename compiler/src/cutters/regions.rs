@@ -33,8 +33,8 @@ pub(super) struct FrameMap {
 }
 
 impl Region {
-    /// All images of a box along a path to the body; `frame` maps to the part. `None` if a step has no bounds
-    /// rule.
+    /// Returns all images of a box along a path to the body; `frame` maps to the part. `None` if a step has no
+    /// bounds rule.
     pub(super) fn images_of_box(
         added_box: &Bounds,
         frame: &AffineRows,
@@ -97,7 +97,7 @@ impl Region {
         Some(regions)
     }
 
-    /// The point set of these bounds, in the shape of this region.
+    /// Returns the point set of these bounds, in the shape of this region.
     pub(super) fn point_set(&self, bounds: Bounds) -> PointSet {
         match self.is_ring {
             true => PointSet::Ring(bounds),
@@ -105,12 +105,12 @@ impl Region {
         }
     }
 
-    /// The map to the frame at a number of steps from the body.
+    /// Returns the map to the frame at a number of steps from the body, if it is known.
     pub(super) fn frame_map(&self, depth: usize) -> Option<&FrameMap> {
         self.frame_maps[depth].as_ref()
     }
 
-    /// The map to the frame of the part.
+    /// Returns the map to the frame of the part, if it is known.
     pub(super) fn to_part(&self) -> Option<&FrameMap> {
         self.frame_maps.last()?.as_ref()
     }
@@ -218,7 +218,7 @@ fn map_regions(regions: &[Region], maps: &[AffineRows]) -> Vec<Region> {
     images.collect()
 }
 
-/// The maps to both sides of the planes of a mirror across `axes`.
+/// Returns the maps to both sides of the planes of a mirror across `axes`.
 fn mirror_maps(axes: &[f64]) -> Vec<AffineRows> {
     let mut maps = vec![IDENTITY];
     for axis in (0..3).filter(|&axis| axes[axis] != 0.0) {
@@ -231,7 +231,7 @@ fn mirror_maps(axes: &[f64]) -> Vec<AffineRows> {
     maps
 }
 
-/// The maps to each copy of a polar repetition, up to `MAX_REGIONS`, or of a mirror.
+/// Returns the maps to each copy of a polar repetition, up to `MAX_REGIONS`, or of a mirror.
 fn copy_maps(op: Op, numbers: &[f64]) -> Option<Vec<AffineRows>> {
     if op == Op::Mirror {
         return Some(mirror_maps(numbers));
@@ -255,7 +255,7 @@ fn copy_maps(op: Op, numbers: &[f64]) -> Option<Vec<AffineRows>> {
     Some((0..count as u32).map(rotation).collect())
 }
 
-/// The inner axis that is mapped to an outer axis, if the map keeps it separate from the other axes.
+/// Returns the inner axis that is mapped to an outer axis, if the map keeps it separate from the other axes.
 fn aligned_column(rows: &AffineRows, axis: usize) -> Option<usize> {
     let is_nonzero = |value: f64| value.abs() > 1e-9;
     let mut columns = (0..3).filter(|&column| is_nonzero(rows[axis][column]));

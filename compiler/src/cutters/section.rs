@@ -20,8 +20,8 @@ pub(super) struct Section {
 }
 
 impl Section {
-    /// Corners of the section at a fraction of the way to another one. They are inset by the touch tolerance,
-    /// so that rounding leaves no doubt.
+    /// Returns the corners of the section at a fraction of the way to another one. They are inset by the touch
+    /// tolerance, so that rounding leaves no doubt.
     pub(super) fn inset_between(&self, other: &Self, fraction: f64) -> Vec<DVec3> {
         let pairs = self.points.iter().zip(&other.points);
         let corners: Vec<DVec3> = pairs.map(|(&a, &b)| a + (b - a) * fraction).collect();
@@ -34,7 +34,7 @@ impl Section {
     }
 }
 
-/// Corners of a polygon circumscribed about the circle through a point about the y axis.
+/// Returns the corners of a polygon circumscribed about the circle through a point about the y axis.
 pub(super) fn circumscribed_polygon(point: DVec3) -> Vec<DVec3> {
     let half = std::f64::consts::PI / f64::from(CIRCUMSCRIBED_CORNERS);
     let radius = point.x.hypot(point.z) / half.cos();
@@ -51,7 +51,7 @@ pub(super) fn transform_point(rows: &AffineRows, p: DVec3) -> DVec3 {
         .into()
 }
 
-/// The corners of a polygon within frames, in the outermost frame.
+/// Returns the corners of a polygon within frames, in the outermost frame.
 pub(super) fn outline(scene: &Scene, id: ShapeId) -> Option<Vec<DVec3>> {
     let mut rows = super::IDENTITY;
     let mut id = id;
@@ -74,7 +74,7 @@ pub(super) fn outline(scene: &Scene, id: ShapeId) -> Option<Vec<DVec3>> {
     }
 }
 
-/// The corners of a polygon, if all are constant.
+/// Returns the corners of a polygon, if all are constant.
 pub(super) fn corners(scene: &Scene, id: ShapeId) -> Option<Vec<DVec2>> {
     let ShapeKind::Polygon { points } = &scene.shapes[id.0 as usize].kind else {
         return None;

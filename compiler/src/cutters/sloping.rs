@@ -24,7 +24,7 @@ struct SlopedSolid {
 }
 
 impl SlopedSolid {
-    /// The solid of an operation with these parameters, if its faces can be moved.
+    /// Returns the solid of an operation with these parameters, if its faces can be moved.
     fn new(op: Op, numbers: &[f64]) -> Option<Self> {
         let (radii, half, frame) = match (op, numbers) {
             (Op::Cone, &[bottom, top, half, ..]) => ([bottom, top], half, IDENTITY),
@@ -59,7 +59,7 @@ impl SlopedSolid {
         new
     }
 
-    /// Bounding box, in its own frame, between two heights.
+    /// Returns the bounding box, in its own frame, between two heights.
     fn between(&self, a: f64, b: f64) -> Bounds {
         let r = self.radii[0].max(self.radii[1]);
         Bounds {
@@ -68,7 +68,7 @@ impl SlopedSolid {
         }
     }
 
-    /// A face, in the frame of the part.
+    /// Returns the lower or upper face, by its index, in the frame of the part.
     fn section(&self, upper: usize) -> Section {
         let (r, y) = (self.radii[upper], self.heights[upper]);
         let is_round = self.op != Op::Pyramid;
@@ -203,7 +203,7 @@ impl CutterExtension<'_> {
     }
 }
 
-/// The frame with its origin at a point and the y axis along a direction.
+/// Returns the frame with its origin at a point and the y axis along a direction.
 fn frame_along(axis: DVec3, origin: DVec3) -> AffineRows {
     let helper = if axis.x.abs() < 0.5 {
         DVec3::X

@@ -100,8 +100,8 @@ impl CutterExtension<'_> {
         self.scene.derived(like, kind)
     }
 
-    /// The distance by which a face can be moved outwards, at most `max_step`; 0 if it already protrudes that
-    /// far.
+    /// Returns the distance by which a face can be moved outwards, at most `max_step`; 0 if it already protrudes
+    /// that far.
     fn max_extension(
         &mut self,
         id: ShapeId,
@@ -151,7 +151,8 @@ impl CutterExtension<'_> {
         fraction.map_or(0.0, |fraction| max_step * fraction)
     }
 
-    /// The largest possible fraction. The smallest is tried first: larger ones require it.
+    /// Returns the largest possible fraction. The smallest is tried first: larger ones require it. `None` if it is
+    /// impossible.
     pub(super) fn largest_fraction(
         &mut self,
         mut is_possible: impl FnMut(&mut Self, f64) -> bool,

@@ -34,7 +34,7 @@ pub(crate) enum ExpectedKind {
 }
 
 impl ExpectedKind {
-    /// Number of components, 0 for kinds that are not numbers. For a 2-D shape, vectors have two.
+    /// Returns the number of components, 0 for kinds that are not numbers. For a 2-D shape, vectors have two.
     pub(crate) fn width(self, is_2d: bool) -> usize {
         match self {
             ExpectedKind::Row(kind) if kind.width() == 3 && is_2d => 2,
@@ -110,7 +110,7 @@ pub(crate) const fn optional(
 /// Arguments that accept a bare word, such as the name of a kernel.
 pub(crate) const WORD_ARGUMENTS: [&str; 1] = ["kernel"];
 
-/// The identifier, if the expression consists of nothing else.
+/// Returns the identifier, if the expression consists of nothing else.
 pub(crate) fn word(expr: &Expr) -> Option<&Ident> {
     match &expr.kind {
         ExprKind::Path(path) => path.as_ident(),
@@ -292,7 +292,7 @@ fn named_slot(params: &[ParamSpec], name: &str, index: usize) -> Option<(usize, 
     ))
 }
 
-/// Name of the radius for the name of a diameter: `r1` for `d1`.
+/// Returns the name of the radius for the name of a diameter: `r1` for `d1`.
 fn radius_name(name: &str) -> Option<String> {
     name.strip_prefix('d').map(|suffix| format!("r{suffix}"))
 }
@@ -319,7 +319,7 @@ pub(crate) fn choose_variant<'v>(
     Err(nearest.unwrap_or((0, ArgError::TooMany { arg: 0 })))
 }
 
-/// Diagnostic for a call that fits no variant of a function; the variant at `best_variant` is the closest.
+/// Describes a call that fits no variant of a function; the variant at `best_variant` is the closest.
 pub(crate) fn mismatch_diagnostic(
     call: &Invocation<'_>,
     lists: &[&[ParamSpec]],
@@ -448,7 +448,7 @@ pub(crate) fn mismatch_diagnostic(
     }
 }
 
-/// Diagnostic for an argument of the wrong type.
+/// Describes an argument of the wrong type.
 pub(crate) fn wrong_type(
     call: &Invocation<'_>,
     param_name: &str,
@@ -463,7 +463,7 @@ pub(crate) fn wrong_type(
     Diagnostic::error(codes::E0301, span, message).label(call.name_span, "")
 }
 
-/// Parameters as messages list them, `angle: angle, axis: direction`.
+/// Lists parameters as messages show them: `angle: angle, axis: direction`.
 pub(crate) fn signature(params: &[ParamSpec]) -> String {
     let describe_param = |param: &ParamSpec| {
         let noun = match param.kind {
@@ -482,7 +482,7 @@ pub(crate) fn signature(params: &[ParamSpec]) -> String {
         .join(", ")
 }
 
-/// The kind in words, with its article.
+/// Returns the kind in words, with its article.
 pub(crate) fn kind_noun(kind: ExpectedKind, is_2d: bool) -> &'static str {
     use ArgumentKind as A;
     match kind {
@@ -517,7 +517,7 @@ pub(crate) fn without_article(noun: &str) -> &str {
         .unwrap_or(noun)
 }
 
-/// A count with its noun.
+/// Returns a count with its noun: `no shapes`, `1 shape`, `2 shapes`.
 pub(crate) fn count_noun(number: usize, noun: &str) -> String {
     match number {
         0 => format!("no {noun}s"),

@@ -185,7 +185,7 @@ impl<'a> Elaborator<'a> {
     }
 }
 
-/// Index of each entry after the unused entries are removed.
+/// Returns the index of each entry after the unused entries are removed.
 fn positions(used: &[bool]) -> Vec<u32> {
     let mut next = 0;
     used.iter()

@@ -17,7 +17,8 @@ const FOREIGN_CONTROL_WORDS: [&str; 7] = [
     "while", "loop", "repeat", "foreach", "do", "switch", "match",
 ];
 
-/// `const x = 1;`, `function f(x) { … }`, `return x;`, `while (c) { … }`
+/// Explains statements in the words of other languages: `const x = 1;`, `function f(x) { … }`, `return x;`,
+/// `while (c) { … }`.
 pub(super) fn other_language(context: &ErrorContext<'_, '_>) -> Option<Mistake> {
     // The word may be one or two tokens before the position of the error.
     for offset in [-1, -2] {
@@ -105,7 +106,7 @@ pub(super) fn other_language(context: &ErrorContext<'_, '_>) -> Option<Mistake> 
     }
 }
 
-/// `x = 1;`
+/// Explains a definition without `let`: `x = 1;`.
 pub(super) fn missing_let(context: &ErrorContext<'_, '_>) -> Option<Mistake> {
     let is_assignment = matches!(
         context.token_at(0)?,
@@ -129,7 +130,7 @@ pub(super) fn missing_let(context: &ErrorContext<'_, '_>) -> Option<Mistake> {
     })
 }
 
-/// `fn f(x) { param y = 1; … }`
+/// Explains an item of the top level that stands in a block: `fn f(x) { param y = 1; … }`.
 pub(super) fn item_in_block(context: &ErrorContext<'_, '_>) -> Option<Mistake> {
     let (index, subject) = match (context.token_at(-1), context.token_at(0)?) {
         (_, Token::Param) => (context.index, "a `param`"),
@@ -151,7 +152,7 @@ pub(super) fn item_in_block(context: &ErrorContext<'_, '_>) -> Option<Mistake> {
     })
 }
 
-/// `let f = fn g(x) => x;`
+/// Explains a lambda with a name: `let f = fn g(x) => x;`.
 pub(super) fn named_lambda(context: &ErrorContext<'_, '_>) -> Option<Mistake> {
     let applies = context.token_at(-1) == Some(Token::Fn)
         && matches!(context.token_at(0), Some(Token::Name(_)))
@@ -171,7 +172,7 @@ pub(super) fn named_lambda(context: &ErrorContext<'_, '_>) -> Option<Mistake> {
     })
 }
 
-/// `let part = 1;`
+/// Explains a reserved word in the place of a name: `let part = 1;`.
 pub(super) fn reserved(context: &ErrorContext<'_, '_>) -> Option<Mistake> {
     let token = context.token_at(0)?;
     let is_argument_name = context.token_at(1) == Some(Token::Colon);
@@ -197,7 +198,7 @@ pub(super) fn reserved(context: &ErrorContext<'_, '_>) -> Option<Mistake> {
     })
 }
 
-/// `let = 1;`
+/// Explains a keyword without the name that it requires: `let = 1;`.
 pub(super) fn missing(context: &ErrorContext<'_, '_>) -> Option<Mistake> {
     let keyword = context.token_at(-1)?;
     let subject = match keyword {
@@ -244,7 +245,7 @@ pub(super) fn missing(context: &ErrorContext<'_, '_>) -> Option<Mistake> {
     })
 }
 
-/// `import "x.sdf";`
+/// Explains an import without `as` and an alias: `import "x.sdf";`.
 pub(super) fn import_without(context: &ErrorContext<'_, '_>) -> Option<Mistake> {
     let Some(Token::Text(path)) = context.token_at(-1) else {
         return None;

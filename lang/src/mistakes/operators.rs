@@ -5,7 +5,7 @@ use crate::codes;
 use crate::diagnostic::Diagnostic;
 use crate::token::Token;
 
-/// `c ? a : b`
+/// Explains the conditional operator of C: `c ? a : b`.
 pub(super) fn conditional(context: &ErrorContext<'_, '_>) -> Option<Mistake> {
     (context.token_at(0) == Some(Token::Question)).then(|| Mistake {
         diagnostic: Diagnostic::error(codes::E0119, context.span(0), "there is no `?:`")
@@ -15,7 +15,7 @@ pub(super) fn conditional(context: &ErrorContext<'_, '_>) -> Option<Mistake> {
     })
 }
 
-/// `^`, `**`, `===`, `<>`, `++`
+/// Explains operators of other languages: `^`, `**`, `===`, `!==`, `<>`, `++`.
 pub(super) fn foreign_operator(context: &ErrorContext<'_, '_>) -> Option<Mistake> {
     let span = context.span(0);
     let error = |message: &str| Diagnostic::error(codes::E0119, span, message);
@@ -54,7 +54,7 @@ pub(super) fn foreign_operator(context: &ErrorContext<'_, '_>) -> Option<Mistake
     })
 }
 
-/// `a and b`, `not a`
+/// Explains operators written as words: `a and b`, `a or b`, `a mod b`, `not a`.
 pub(super) fn word_operator(context: &ErrorContext<'_, '_>) -> Option<Mistake> {
     if !context.expects_operator() {
         return None;
@@ -81,7 +81,8 @@ pub(super) fn word_operator(context: &ErrorContext<'_, '_>) -> Option<Mistake> {
     })
 }
 
-/// `cylinder(r = 1)`, `camera { fov = 35deg }`
+/// Explains `=` in place of `:` or `==` within arguments and settings: `cylinder(r = 1)`,
+/// `camera { fov = 35deg }`.
 pub(super) fn assignment_in_call(context: &ErrorContext<'_, '_>) -> Option<Mistake> {
     if context.token_at(0)? != Token::Assign {
         return None;
@@ -120,7 +121,7 @@ pub(super) fn assignment_in_call(context: &ErrorContext<'_, '_>) -> Option<Mista
     })
 }
 
-/// `if a = 1 { … }`
+/// Explains `=` in the condition of an `if`: `if a = 1 { … }`.
 pub(super) fn assignment_in_condition(context: &ErrorContext<'_, '_>) -> Option<Mistake> {
     if context.token_at(0)? != Token::Assign {
         return None;
@@ -151,7 +152,7 @@ fn comparison_mistake(context: &ErrorContext<'_, '_>) -> Mistake {
     }
 }
 
-/// `let a == 1;`, `let a := 1;`
+/// Explains another operator in place of the `=` of a definition: `let a == 1;`, `let a := 1;`.
 pub(super) fn comparison_for_assignment(context: &ErrorContext<'_, '_>) -> Option<Mistake> {
     let is_other = matches!(
         context.token_at(0)?,
@@ -173,7 +174,7 @@ pub(super) fn comparison_for_assignment(context: &ErrorContext<'_, '_>) -> Optio
 
 const MISSING_FN_MESSAGE: &str = "a lambda begins with `fn`";
 
-/// `p => …`, `(p) => …`
+/// Explains a lambda without `fn`: `p => …`, `(p) => …`.
 pub(super) fn fat_arrow(context: &ErrorContext<'_, '_>) -> Option<Mistake> {
     if context.token_at(0)? != Token::FatArrow {
         return None;
@@ -196,7 +197,7 @@ pub(super) fn fat_arrow(context: &ErrorContext<'_, '_>) -> Option<Mistake> {
     })
 }
 
-/// `a += 1`, `a.b = 1`
+/// Explains assignments to a name or a component that exists: `a += 1`, `a.b = 1`.
 pub(super) fn mutation(context: &ErrorContext<'_, '_>) -> Option<Mistake> {
     let changes = match context.token_at(0)? {
         Token::PlusAssign | Token::MinusAssign | Token::StarAssign | Token::SlashAssign => true,
@@ -212,7 +213,7 @@ pub(super) fn mutation(context: &ErrorContext<'_, '_>) -> Option<Mistake> {
     })
 }
 
-/// `p[0]`
+/// Explains brackets for an index: `p[0]`.
 pub(super) fn indexing(context: &ErrorContext<'_, '_>) -> Option<Mistake> {
     let applies = context.token_at(0)? == Token::OpenBracket
         && context.expects_operator()
@@ -226,7 +227,7 @@ pub(super) fn indexing(context: &ErrorContext<'_, '_>) -> Option<Mistake> {
     })
 }
 
-/// `(1, 2, 3)`, `(p, n) => …`
+/// Explains several values in parentheses: a list, `(1, 2, 3)`, or a lambda without `fn`, `(p, n) => …`.
 pub(super) fn tuple(context: &ErrorContext<'_, '_>) -> Option<Mistake> {
     let open = context.opener(context.index)?;
     let follows_element = !matches!(context.token_at(-1)?, Token::Comma | Token::OpenParen);
@@ -260,7 +261,7 @@ pub(super) fn tuple(context: &ErrorContext<'_, '_>) -> Option<Mistake> {
     })
 }
 
-/// `+1`
+/// Explains `+` as a sign: `+1`.
 pub(super) fn plus_sign(context: &ErrorContext<'_, '_>) -> Option<Mistake> {
     let applies = context.token_at(0)? == Token::Plus
         && context.expects_operand()
@@ -279,7 +280,7 @@ pub(super) fn plus_sign(context: &ErrorContext<'_, '_>) -> Option<Mistake> {
     })
 }
 
-/// `a + ;`, `let r = ;`, `a | | b`
+/// Explains a missing operand: `a + ;`, `let r = ;`, `a | | b`.
 pub(super) fn missing_operand(context: &ErrorContext<'_, '_>) -> Option<Mistake> {
     if !context.expects_operand() || context.expects("}") {
         return None;

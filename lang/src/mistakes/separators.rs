@@ -6,7 +6,7 @@ use crate::codes;
 use crate::diagnostic::Diagnostic;
 use crate::token::Token;
 
-/// `camera { … };`
+/// Explains a `;` after an item that ends with `}`: `camera { … };`.
 pub(super) fn extra_semicolon(context: &ErrorContext<'_, '_>) -> Option<Mistake> {
     let is_lone = context.token_at(0) == Some(Token::Semicolon) && context.index == context.start;
     is_lone.then(|| {
@@ -21,7 +21,7 @@ pub(super) fn extra_semicolon(context: &ErrorContext<'_, '_>) -> Option<Mistake>
     })
 }
 
-/// `camera { a: 1; b: 2 }`
+/// Explains `;` between settings: `camera { a: 1; b: 2 }`.
 pub(super) fn semicolon_between_settings(context: &ErrorContext<'_, '_>) -> Option<Mistake> {
     let applies = context.token_at(0) == Some(Token::Semicolon) && context.is_in_settings();
     applies.then(|| {
@@ -38,7 +38,7 @@ pub(super) fn semicolon_between_settings(context: &ErrorContext<'_, '_>) -> Opti
     })
 }
 
-/// Two consecutive expressions at the end of a file, most likely two shapes.
+/// Explains two consecutive expressions at the end of a file, which most likely are two shapes.
 pub(super) fn missing_operator(context: &ErrorContext<'_, '_>) -> Option<Mistake> {
     let following = context.tokens[context.index..].iter().map(|word| word.1);
     let starts_block = settings_brace(following).is_some();
@@ -67,7 +67,7 @@ pub(super) fn missing_operator(context: &ErrorContext<'_, '_>) -> Option<Mistake
     })
 }
 
-/// A statement without `;`, reported at its end.
+/// Explains a statement without `;`, at its end.
 pub(super) fn missing_semicolon(context: &ErrorContext<'_, '_>) -> Option<Mistake> {
     let token = context.token_at(0);
     let ends_here = match token {
@@ -93,7 +93,7 @@ pub(super) fn missing_semicolon(context: &ErrorContext<'_, '_>) -> Option<Mistak
     })
 }
 
-/// `camera { from [0, 1, 5] }`
+/// Explains a setting without `:`: `camera { from [0, 1, 5] }`.
 pub(super) fn missing_colon(context: &ErrorContext<'_, '_>) -> Option<Mistake> {
     let after_name = matches!(context.token_at(-1), Some(Token::Name(_)));
     let before_value =
@@ -111,7 +111,7 @@ pub(super) fn missing_colon(context: &ErrorContext<'_, '_>) -> Option<Mistake> {
     })
 }
 
-/// `box(1 2)`, `[1 2]`, `camera { a: 1 b: 2 }`
+/// Explains a missing comma: `box(1 2)`, `[1 2]`, `camera { a: 1 b: 2 }`.
 pub(super) fn missing_comma(context: &ErrorContext<'_, '_>) -> Option<Mistake> {
     let separates = match context.tokens[context.opener(context.index)?].1 {
         Token::OpenBrace => context.is_in_settings(),

@@ -465,7 +465,7 @@ fn fill<L: LaneNumber>(v: f32, to: &mut L::Block, count: usize) {
     });
 }
 
-/// `a = blend(a, b)` in every lane.
+/// Computes `a = blend(a, b)` in every lane.
 #[inline(always)]
 fn blend<L: LaneNumber>(
     kernel: BlendKernel,

@@ -7,25 +7,25 @@
 use crate::blend::BlendKernel;
 use crate::real::{Real, Vector2, Vector3, lit};
 
-/// The union: the smaller distance.
+/// Returns the union: the smaller value.
 #[inline(always)]
 pub fn union<R: Real>(a: R, b: R) -> R {
     a.min(b)
 }
 
-/// The intersection: the larger distance.
+/// Returns the intersection: the larger value.
 #[inline(always)]
 pub fn intersection<R: Real>(a: R, b: R) -> R {
     a.max(b)
 }
 
-/// The first shape without the second.
+/// Returns the first shape without the second: the intersection with its complement.
 #[inline(always)]
 pub fn subtraction<R: Real>(a: R, b: R) -> R {
     a.max(-b)
 }
 
-/// The region inside exactly one of two shapes.
+/// Returns the symmetric difference: the region inside exactly one of two shapes.
 #[inline(always)]
 pub fn xor<R: Real>(a: R, b: R) -> R {
     a.min(b).max(-a.max(b))
@@ -83,10 +83,10 @@ smooth!(
     "an exponential"
 );
 
-/// The union with a parabolic blend whose thickness grows with the distance from `focus`. With the focus at
-/// a camera, the blend stays visible from afar. The thickness is `thickness` at the focus, increases by
-/// `growth` per unit of length, and is at most `most`. A varying thickness makes the result steeper by its
-/// own slope, which the row's slope rule includes.
+/// Returns the union with a parabolic blend whose thickness grows with the distance from `focus`. With the focus
+/// at a camera, the blend stays visible from afar. The thickness is `thickness` at the focus, increases by
+/// `growth` per unit of length, and is at most `most`. A varying thickness makes the result steeper by its own
+/// slope, which the row's slope rule includes.
 #[inline(always)]
 pub fn distance_union<R: Real>(
     a: R,
@@ -103,27 +103,27 @@ pub fn distance_union<R: Real>(
     a.min(b) - h * (h / width) * lit(0.25)
 }
 
-/// The union with the edge between both chamfered at 45 degrees, `size` from the edge on each side.
+/// Returns the union with the edge between both chamfered at 45 degrees, `size` from the edge on each side.
 #[inline(always)]
 pub fn chamfer_union<R: Real>(a: R, b: R, size: R) -> R {
     a.min(b)
         .min((a + b - size) * lit(std::f64::consts::FRAC_1_SQRT_2))
 }
 
-/// The intersection with its edge chamfered at 45 degrees.
+/// Returns the intersection with its edge chamfered at 45 degrees, `size` from the edge on each side.
 #[inline(always)]
 pub fn chamfer_intersection<R: Real>(a: R, b: R, size: R) -> R {
     a.max(b)
         .max((a + b + size) * lit(std::f64::consts::FRAC_1_SQRT_2))
 }
 
-/// The first without the second, with the edge chamfered at 45 degrees.
+/// Returns the first shape without the second, with the edge chamfered at 45 degrees.
 #[inline(always)]
 pub fn chamfer_subtraction<R: Real>(a: R, b: R, size: R) -> R {
     chamfer_intersection(a, -b, size)
 }
 
-/// The union with the edge between both filled by a quarter circle of the radius `r`. It is exactly that
+/// Returns the union with the edge between both filled by a quarter circle of the radius `r`. It is exactly that
 /// where the two surfaces meet at right angles.
 #[inline(always)]
 pub fn round_union<R: Real>(a: R, b: R, r: R) -> R {
@@ -131,20 +131,20 @@ pub fn round_union<R: Real>(a: R, b: R, r: R) -> R {
     r.max(a.min(b)) - corner.length()
 }
 
-/// The intersection with its edge rounded by a quarter circle.
+/// Returns the intersection with its edge rounded by a quarter circle of the radius `r`.
 #[inline(always)]
 pub fn round_intersection<R: Real>(a: R, b: R, r: R) -> R {
     let corner = R::Vec2::new(r + a, r + b).max(R::Vec2::splat(lit(0.0)));
     (-r).min(a.max(b)) + corner.length()
 }
 
-/// The first without the second, with the edge rounded by a quarter circle.
+/// Returns the first shape without the second, with the edge rounded by a quarter circle of the radius `r`.
 #[inline(always)]
 pub fn round_subtraction<R: Real>(a: R, b: R, r: R) -> R {
     round_intersection(a, -b, r)
 }
 
-/// The union with stairs between both, of the total width `size`; `step` is half the period of a step.
+/// Returns the union with stairs between both, of the total width `size`; `step` is half the period of a step.
 #[inline(always)]
 pub fn stairs_union<R: Real>(a: R, b: R, size: R, step: R) -> R {
     let u = (b - size).named("u");
@@ -152,19 +152,19 @@ pub fn stairs_union<R: Real>(a: R, b: R, size: R, step: R) -> R {
     a.min(b).min((u + a + wave) * lit(0.5))
 }
 
-/// The intersection with stairs along its edge.
+/// Returns the intersection with stairs along its edge, by De Morgan's law from [`stairs_union`].
 #[inline(always)]
 pub fn stairs_intersection<R: Real>(a: R, b: R, size: R, step: R) -> R {
     -stairs_union(-a, -b, size, step)
 }
 
-/// The first without the second, with stairs along the edge.
+/// Returns the first shape without the second, with stairs along the edge.
 #[inline(always)]
 pub fn stairs_subtraction<R: Real>(a: R, b: R, size: R, step: R) -> R {
     -stairs_union(-a, b, size, step)
 }
 
-/// The linear interpolation from the first distance at `t = 0` to the second at `t = 1`.
+/// Returns the linear interpolation from the first value at `t = 0` to the second at `t = 1`.
 #[inline(always)]
 pub fn morph<R: Real>(a: R, b: R, t: R) -> R {
     a.mix(b, t)

@@ -2,22 +2,22 @@
 
 use crate::real::{Real, Vector2, Vector3, lit};
 
-/// The distance to the intersection of two half planes at right angles, given the distance to each.
-/// Outside, it is the length of the positive part; inside, the larger (negative) one. (Of equal values, the
-/// second one gives the gradient: on a face, the face's.)
+/// Returns the distance to the intersection of two half planes at right angles, given the distance to each.
+/// Outside, it is the length of the positive part; inside, the larger (negative) one. (Of equal values, the second
+/// one gives the gradient: on a face, the face's.)
 #[inline(always)]
 pub fn corner<R: Real>(q: R::Vec2) -> R {
     let q = q.named("q");
     q.max(R::Vec2::splat(lit(0.0))).length() + lit::<R>(0.0).min(q.max_component())
 }
 
-/// The 2-D shape with the distance `d`, from −`half` to `half` along z.
+/// Extrudes the 2-D shape with the distance `d`, from −`half` to `half` along z.
 #[inline(always)]
 pub fn extrude<R: Real>(d: R, p: R::Vec3, half: R) -> R {
     corner::<R>(R::Vec2::new(d, p.z().abs() - half))
 }
 
-/// The extrusion with rounded rims: the offset of a smaller sharp one by `round`.
+/// Extrudes a 2-D shape with rounded rims: the offset of a smaller sharp extrusion by `round`.
 #[inline(always)]
 pub fn rounded_extrude<R: Real>(d: R, p: R::Vec3, half: R, round: R) -> R {
     corner::<R>(R::Vec2::new(d + round, p.z().abs() - half + round)) - round

@@ -3,31 +3,31 @@
 use crate::ops::shapes::cuboid;
 use crate::real::{Real, Vector3, lit};
 
-/// The region outside the shape.
+/// Returns the complement: the region outside the shape.
 #[inline(always)]
 pub fn complement<R: Real>(d: R) -> R {
     -d
 }
 
-/// The surface moved outwards by `by`.
+/// Moves the surface outwards by `by`.
 #[inline(always)]
 pub fn offset<R: Real>(d: R, by: R) -> R {
     d - by
 }
 
-/// The surface as a wall that extends by `half` to both sides.
+/// Returns the surface as a wall that extends by `half` to both sides.
 #[inline(always)]
 pub fn shell<R: Real>(d: R, half: R) -> R {
     d.abs() - half
 }
 
-/// The distance in a space scaled by `factor`.
+/// Converts a distance to a space in which lengths are `factor` times as large.
 #[inline(always)]
 pub fn scale_distance<R: Real>(d: R, factor: R) -> R {
     d * factor
 }
 
-/// A raw field, divided by its slope bound.
+/// Divides a raw field by its slope bound, so that a step by its value is safe.
 #[inline(always)]
 pub fn field_distance<R: Real>(v: R, inverse_slope: R) -> R {
     v * inverse_slope
@@ -36,7 +36,7 @@ pub fn field_distance<R: Real>(v: R, inverse_slope: R) -> R {
 /// The smallest logarithm of a power; smaller powers count as this one, which is 1e-30.
 const MIN_LOGARITHM: f64 = -69.0;
 
-/// A safe step of a raw field with a bound on its growth. In a cube of the half side `side` around the
+/// Returns a safe step of a raw field with a bound on its growth. In a cube of the half side `side` around the
 /// origin, the slope is at most one over `inverse`. Outside, it grows at most by a power of the largest
 /// coordinate's magnitude.
 ///
@@ -64,8 +64,8 @@ pub fn field_growth<R: Real>(
     signed::<R>(v, step)
 }
 
-/// A raw field with discontinuities, as the distance `step` within which its sign does not change, with
-/// that sign. The distance is computed from the field's pieces.
+/// Returns the distance `step` within which a raw field with discontinuities does not change its sign, with that
+/// sign. The distance is computed from the field's pieces.
 #[inline(always)]
 pub fn piecewise<R: Real>(v: R, step: R) -> R {
     signed::<R>(v, step)
@@ -84,16 +84,16 @@ fn is_number<R: Real>(v: R) -> R::Bool {
     lit::<R>(-1.0).less(v.abs())
 }
 
-/// The correction of an elongated shape inside the gap. There, all points map to the middle, and the
-/// distance to the gap's own sides is added. If the middle is outside the shape, so is the gap.
+/// Adds the correction of an elongated shape inside the gap. There, all points map to the middle, and the distance
+/// to the gap's own sides is added. If the middle is outside the shape, so is the gap.
 #[inline(always)]
 pub fn elongate_correct<R: Real>(d: R, p: R::Vec3, half: R::Vec3) -> R {
     let depth = lit::<R>(0.0).min((p.abs() - half).max_component());
     d + R::select(d.less(lit(0.0)), depth, lit(0.0))
 }
 
-/// A distance that is valid only within `margin` of a box around its shape, with the half sizes `half`
-/// around `centre`. Farther away, the distance to the box replaces it.
+/// Returns a distance that is valid only within `margin` of a box of the half sizes `half` around `centre`.
+/// Farther away, the distance to the box replaces it.
 ///
 /// The valid neighbourhood of the box contains all paths from there to the shape. So the value is used
 /// unchanged up to the neighbourhood's boundary, where the result is discontinuous. With a tight limit, the
@@ -163,9 +163,9 @@ pub fn repeat_limited_guard<R: Real>(
 /// A distance beyond any copy; its square is finite.
 const MAX_DISTANCE: f64 = 1e15;
 
-/// The smallest of a distance and those to the boxes of the copies next to a cell. Along an axis, a
-/// neighbour is at the distance of the gap to it. Across the axis, it is at the distance of the nearer of
-/// itself and the cell's own copy. The box of that one lies between the two corners of `own`.
+/// Returns the smallest of a distance and those to the boxes of the copies next to a cell. Along an axis, a
+/// neighbour is at the distance of the gap to it. Across the axis, it is at the distance of the nearer of itself
+/// and the cell's own copy. The box of that one lies between the two corners of `own`.
 #[inline(always)]
 fn guarded<R: Real>(
     d: R,
@@ -189,13 +189,13 @@ fn guarded<R: Real>(
         .min(diagonal::<R>(gap.z(), x, y))
 }
 
-/// The gap along an axis; along an unguarded axis, it is infinite in effect.
+/// Returns the gap along an axis. Along an unguarded axis, it is `MAX_DISTANCE`, which is infinite in effect.
 #[inline(always)]
 fn along<R: Real>(axis: R, gap: R) -> R {
     R::select(lit::<R>(0.5).less(axis), gap, lit(MAX_DISTANCE))
 }
 
-/// The length of a vector with three components.
+/// Returns the Euclidean length of a vector with three components.
 #[inline(always)]
 fn diagonal<R: Real>(a: R, b: R, c: R) -> R {
     (a * a + b * b + c * c).sqrt()

@@ -15,7 +15,7 @@ pub(super) fn along_z(b: &Bounds, half: f64) -> Bounds {
     b
 }
 
-/// A constant: empty if it is positive, otherwise all of space.
+/// Bounds a constant: empty if it is positive, otherwise all of space.
 pub fn constant(a: &[f64]) -> Bounds {
     if a[0] > 0.0 {
         Bounds::EMPTY
@@ -24,12 +24,12 @@ pub fn constant(a: &[f64]) -> Bounds {
     }
 }
 
-/// An extrusion: the half height.
+/// Bounds an extrusion, given its half height.
 pub fn extrude(a: &[f64], shape: &Bounds) -> Bounds {
     along_z(shape, a[0])
 }
 
-/// A revolution: the offset from the axis. The box is a disc around the y axis.
+/// Bounds a revolution, given the offset from the axis. The volume is a disc around the y axis.
 pub fn revolve(a: &[f64], shape: &Bounds) -> Bounds {
     if shape.is_void() {
         return *shape;
@@ -42,13 +42,13 @@ pub fn revolve(a: &[f64], shape: &Bounds) -> Bounds {
     }
 }
 
-/// The section of a solid at z = 0, as a prism. (It is not empty even where the plane misses the solid,
+/// Bounds the section of a solid at z = 0, as a prism. (It is not empty even where the plane misses the solid,
 /// which may be near.)
 pub fn slice(_: &[f64], shape: &Bounds) -> Bounds {
     along_z(shape, f64::INFINITY)
 }
 
-/// A mirrored shape: the flags of the axes. The part on the positive side appears on both sides.
+/// Bounds a mirrored shape, given the flags of the axes. The part on the positive side appears on both sides.
 pub fn mirror(a: &[f64], shape: &Bounds) -> Bounds {
     let mut b = *shape;
     for (i, axis) in a.iter().take(3).enumerate() {
@@ -59,7 +59,7 @@ pub fn mirror(a: &[f64], shape: &Bounds) -> Bounds {
     b
 }
 
-/// A repetition: the spacing. The box is infinite along each axis with a nonzero spacing.
+/// Bounds a repetition, given the spacing. The volume is infinite along each axis with a nonzero spacing.
 pub fn repeat(a: &[f64], shape: &Bounds) -> Bounds {
     let mut b = *shape;
     if !b.is_void() {
@@ -72,7 +72,7 @@ pub fn repeat(a: &[f64], shape: &Bounds) -> Bounds {
     b
 }
 
-/// A limited repetition: the spacing, its inverse, and the index of the last cell.
+/// Bounds a limited repetition, given the spacing, its inverse, and the index of the last cell.
 pub fn repeat_limited(a: &[f64], shape: &Bounds) -> Bounds {
     let mut b = *shape;
     if !b.is_void() {
@@ -85,7 +85,7 @@ pub fn repeat_limited(a: &[f64], shape: &Bounds) -> Bounds {
     b
 }
 
-/// A polar repetition: a disc around the y axis.
+/// Bounds a polar repetition by a disc around the y axis.
 pub fn polar(_: &[f64], shape: &Bounds) -> Bounds {
     if shape.is_void() {
         return *shape;
@@ -97,7 +97,7 @@ pub fn polar(_: &[f64], shape: &Bounds) -> Bounds {
     }
 }
 
-/// A polar repetition in the plane: a disc around the z axis.
+/// Bounds a polar repetition in the plane by a disc around the z axis.
 pub fn polar_plane(_: &[f64], shape: &Bounds) -> Bounds {
     if shape.is_void() {
         return *shape;
@@ -109,7 +109,7 @@ pub fn polar_plane(_: &[f64], shape: &Bounds) -> Bounds {
     }
 }
 
-/// An elongated shape: the half lengths, added to both sides.
+/// Bounds an elongated shape, given the half lengths, which are added to both sides.
 pub fn elongate(a: &[f64], shape: &Bounds) -> Bounds {
     if shape.is_void() {
         return *shape;
@@ -120,12 +120,12 @@ pub fn elongate(a: &[f64], shape: &Bounds) -> Bounds {
     }
 }
 
-/// A twisted shape: the shape at any angle about the y axis.
+/// Bounds a twisted shape by the shape at any angle about the y axis.
 pub fn twist(a: &[f64], shape: &Bounds) -> Bounds {
     if a[0] == 0.0 { *shape } else { polar(a, shape) }
 }
 
-/// A bent shape: the shape at any angle about the z axis.
+/// Bounds a bent shape by the shape at any angle about the z axis.
 pub fn bend(a: &[f64], shape: &Bounds) -> Bounds {
     if a[0] == 0.0 {
         *shape
@@ -134,8 +134,8 @@ pub fn bend(a: &[f64], shape: &Bounds) -> Bounds {
     }
 }
 
-/// A shape with a box: centre, margin and half sizes. Beyond the box, the distance is at least that to the
-/// box, even if the shape's own is less.
+/// Bounds a shape by its box, given centre, margin and half sizes. Beyond the box, the distance is at least that
+/// to the box, even if the shape's own is less.
 pub fn bounded(a: &[f64], _: &Bounds) -> Bounds {
     Bounds {
         min: std::array::from_fn(|i| a[i] - a[4 + i]),

@@ -16,8 +16,8 @@ pub trait EvalHook<L: LaneNumber> {
     /// Reserves memory for this many value registers.
     #[inline(always)]
     fn reserve(&mut self, _values: usize) {}
-    /// Called for an operation at the point `_q`. `_values` are the first two operands and `_registers` are
-    /// their registers, which are [`super::NO_REGISTER`] for constant or missing operands.
+    /// Receives an operation at the point `_q`. `_values` are the first two operands and `_registers` are their
+    /// registers, which are [`super::NO_REGISTER`] for constant or missing operands.
     #[inline(always)]
     fn operate(
         &mut self,
@@ -28,19 +28,19 @@ pub trait EvalHook<L: LaneNumber> {
         _constants: &[f32],
     ) {
     }
-    /// Called when the result is a copy of this register.
+    /// Receives the register of which the result is a copy.
     #[inline(always)]
     fn copy(&mut self, _from: u16) {}
     /// Computes a component of the normal in the local frame of the point `_q`.
     #[inline(always)]
     fn normal(&mut self, _q: &L::PointBlock, _axis: u8, _result: &mut L::Block) {}
-    /// Called when a value becomes a channel of the next material.
+    /// Receives a value that becomes a channel of the next material.
     #[inline(always)]
     fn channel(&mut self, _channel: u8, _value: &L::Block) {}
-    /// Called when the result is a copy of this register with a new material.
+    /// Receives the register of which the result is a copy with a new material.
     #[inline(always)]
     fn paint(&mut self, _from: u16, _constants: &[[f32; 4]], _mask: u8) {}
-    /// Called before the result is blended into the register `_accumulator`; `_values` are the two operands.
+    /// Receives the two operands `_values` of a blend, before it changes the register `_accumulator`.
     #[inline(always)]
     fn blend(
         &mut self,
@@ -50,7 +50,7 @@ pub trait EvalHook<L: LaneNumber> {
         _accumulator: u16,
     ) {
     }
-    /// Called for every clause with [`flags::CHOICE`], with the index of its `_instruction` and its two operands.
+    /// Receives every clause with [`flags::CHOICE`], with the index of its `_instruction` and its two operands.
     #[inline(always)]
     fn choose(
         &mut self,
@@ -60,7 +60,7 @@ pub trait EvalHook<L: LaneNumber> {
         _values: [&L::Block; 2],
     ) {
     }
-    /// Called when the result is stored in this register.
+    /// Receives the register in which the result is stored.
     #[inline(always)]
     fn set(&mut self, _out: u16) {}
 }

@@ -3,8 +3,8 @@
 use crate::ops::prepare::half;
 use crate::real::{Real, Vector3, lit};
 
-/// A box with sharp edges. `q` is the signed distance of the point to each pair of faces. Outside, the
-/// result is the length of its positive part; inside, its largest (negative) component.
+/// Returns the signed distance to a box with sharp edges. `q` is the signed distance of the point to each pair of
+/// faces. Outside, the result is the length of its positive part; inside, its largest (negative) component.
 ///
 /// The zero is the first operand of the minimum: of equal values, the second one gives the gradient. So a
 /// point on a face has the face's gradient.
@@ -14,7 +14,7 @@ pub fn cuboid<R: Real>(p: R::Vec3, half: R::Vec3) -> R {
     q.max(R::Vec3::splat(lit(0.0))).length() + lit::<R>(0.0).min(q.max_component())
 }
 
-/// A box with rounded edges: the offset of a smaller sharp one by `round`.
+/// Returns the signed distance to a box with rounded edges: the offset of a smaller sharp one by `round`.
 #[inline(always)]
 pub fn rounded_cuboid<R: Real>(p: R::Vec3, half: R::Vec3, round: R) -> R {
     cuboid::<R>(p, half - R::Vec3::splat(round)) - round
@@ -27,8 +27,8 @@ pub fn rounded_cuboid_parameters<R: Real>(a: &[R]) -> Vec<R> {
     vec![size[0], size[1], size[2], round]
 }
 
-/// The twelve edges of a box as bars of the half thickness `bar`, flush with its faces. By symmetry, three
-/// bars that meet in one corner remain; each is a box that is long in one direction.
+/// Returns the distance to the twelve edges of a box, as bars of the half thickness `bar`, flush with its faces.
+/// By symmetry, three bars that meet in one corner remain; each is a box that is long in one direction.
 #[inline(always)]
 pub fn box_frame<R: Real>(p: R::Vec3, half: R::Vec3, bar: R) -> R {
     let bars = R::Vec3::splat(bar);
@@ -39,8 +39,8 @@ pub fn box_frame<R: Real>(p: R::Vec3, half: R::Vec3, bar: R) -> R {
         .min(one_bar(e.x(), e.y(), q.z()))
 }
 
-/// A bar, from the signed distance of the point to each pair of its faces. (A function, because a closure
-/// would not be compiled into each loop over lanes.)
+/// Returns the distance to a bar, from the signed distance of the point to each pair of its faces. (A function,
+/// because a closure would not be compiled into each loop over lanes.)
 #[inline(always)]
 fn one_bar<R: Real>(x: R, y: R, z: R) -> R {
     let v = R::Vec3::new(x, y, z);

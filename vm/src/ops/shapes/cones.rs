@@ -4,8 +4,8 @@ use crate::bounds::Bounds;
 use crate::ops::prepare::half;
 use crate::real::{Real, Vector2, Vector3, lit};
 
-/// An infinite cone with its apex at the origin, opening towards −y. `side` is the unit vector along its
-/// side in the half plane of (distance from the axis, depth below the apex).
+/// Returns the signed distance to an infinite cone with its apex at the origin, opening towards −y. `side` is the
+/// unit vector along its side in the half plane of (distance from the axis, depth below the apex).
 #[inline(always)]
 pub fn infinite_cone<R: Real>(p: R::Vec3, side: R::Vec2) -> R {
     let q = R::Vec2::new(p.xz().length(), -p.y()).named("q");
@@ -28,8 +28,8 @@ pub fn infinite_cone_bounds(_: &[f64]) -> Bounds {
     }
 }
 
-/// A truncated cone with the radii `bottom` and `top`. `across` is the unit normal of its side, in the half
-/// plane of (distance from the axis, height), and `slope` the side's length.
+/// Returns the signed distance to a truncated cone with the radii `bottom` and `top`. `across` is the unit normal
+/// of its side, in the half plane of (distance from the axis, height), and `slope` the side's length.
 #[inline(always)]
 pub fn cone<R: Real>(p: R::Vec3, bottom: R, top: R, half: R, slope: R, across: R::Vec2) -> R {
     let q = R::Vec2::new(p.xz().length(), p.y()).named("q");
@@ -144,9 +144,9 @@ pub fn rounded_cone_bounds(a: &[f64]) -> Bounds {
     b
 }
 
-/// The hull of two spheres on the y axis, of the radii `lower` and `upper`. The first one's centre is at
-/// `low`, the second one's is `height` above it. `slant` is the unit vector across the side, in the half
-/// plane of (distance from the axis, height).
+/// Returns the signed distance to the hull of two spheres on the y axis, of the radii `lower` and `upper`. The
+/// first one's centre is at `low`, the second one's is `height` above it. `slant` is the unit vector across the
+/// side, in the half plane of (distance from the axis, height).
 #[inline(always)]
 pub fn round_cone<R: Real>(p: R::Vec3, lower: R, upper: R, low: R, height: R, slant: R::Vec2) -> R {
     let q = R::Vec2::new(p.xz().length(), p.y() - low).named("q");

@@ -5,13 +5,13 @@ use crate::ops::dimension::corner;
 use crate::ops::prepare::{from_vec3, half, vec3};
 use crate::real::{Real, Vector2, Vector3, lit};
 
-/// A cylinder with sharp rims.
+/// Returns the signed distance to a cylinder with sharp rims around the y axis.
 #[inline(always)]
 pub fn cylinder<R: Real>(p: R::Vec3, r: R, half: R) -> R {
     corner::<R>(R::Vec2::new(p.xz().length() - r, p.y().abs() - half))
 }
 
-/// A cylinder with rounded rims: the offset of a smaller sharp one by `round`.
+/// Returns the signed distance to a cylinder with rounded rims: the offset of a smaller sharp one by `round`.
 #[inline(always)]
 pub fn rounded_cylinder<R: Real>(p: R::Vec3, r: R, half: R, round: R) -> R {
     cylinder::<R>(p, r - round, half - round) - round
@@ -23,7 +23,7 @@ pub fn rounded_cylinder_parameters<R: Real>(a: &[R]) -> Vec<R> {
     vec![a[0], h, a[2].min(a[0]).min(h)]
 }
 
-/// A cylinder around the line through `middle` along the unit vector `axis`.
+/// Returns the signed distance to a cylinder around the line through `middle` along the unit vector `axis`.
 #[inline(always)]
 pub fn cylinder_between<R: Real>(p: R::Vec3, middle: R::Vec3, r: R, axis: R::Vec3, half: R) -> R {
     let q = (p - middle).named("q");

@@ -26,21 +26,23 @@ pub fn periodic_parameters<R: Real>(a: &[R]) -> Vec<R> {
     ]
 }
 
-/// The gyroid `sin x cos y + sin y cos z + sin z cos x = 0`.
+/// Returns a lower bound of the distance to a sheet along the gyroid
+/// `sin x cos y + sin y cos z + sin z cos x = 0`.
 #[inline(always)]
 pub fn gyroid<R: Real>(p: R::Vec3, frequency: R, scale: R, half: R) -> R {
     let (s, c) = waves::<R>(p, frequency);
     s.dot(R::Vec3::new(c.y(), c.z(), c.x())).abs() * scale - half
 }
 
-/// The primitive surface `cos x + cos y + cos z = 0` of H. A. Schwarz.
+/// Returns a lower bound of the distance to a sheet along the primitive surface `cos x + cos y + cos z = 0` of H.
+/// A. Schwarz.
 #[inline(always)]
 pub fn schwarz_p<R: Real>(p: R::Vec3, frequency: R, scale: R, half: R) -> R {
     let q = (p * frequency).named("q");
     (q.x().cos() + q.y().cos() + q.z().cos()).abs() * scale - half
 }
 
-/// The diamond surface of H. A. Schwarz.
+/// Returns a lower bound of the distance to a sheet along the diamond surface of H. A. Schwarz.
 #[inline(always)]
 pub fn diamond<R: Real>(p: R::Vec3, frequency: R, scale: R, half: R) -> R {
     let (s, c) = waves::<R>(p, frequency);

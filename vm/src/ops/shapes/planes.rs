@@ -3,7 +3,8 @@
 use crate::bounds::Bounds;
 use crate::real::{Real, Vector3};
 
-/// The half space below a plane with the unit normal `normal`, at the signed distance `at` from the origin.
+/// Returns the signed distance to the half space below a plane with the unit normal `normal`, `at` from the
+/// origin.
 #[inline(always)]
 pub fn plane<R: Real>(p: R::Vec3, normal: R::Vec3, at: R) -> R {
     p.dot(normal) - at
@@ -24,7 +25,8 @@ pub fn plane_bounds(a: &[f64]) -> Bounds {
     b
 }
 
-/// All points within `half` of the plane through the origin with the unit normal `normal`.
+/// Returns the signed distance to all points within `half` of the plane through the origin with the unit normal
+/// `normal`.
 #[inline(always)]
 pub fn slab<R: Real>(p: R::Vec3, normal: R::Vec3, half: R) -> R {
     p.dot(normal).abs() - half

@@ -5,8 +5,8 @@ use crate::ops::dimension::corner;
 use crate::ops::prepare::{half, halve_last, inverse};
 use crate::real::{Real, Vector2, Vector3, lit};
 
-/// An octahedron with its corners on the axes, at the distance `r`. The octant of the point contains one
-/// face. For a point beyond one of its edges, the distance is to that edge.
+/// Returns the signed distance to an octahedron with its corners on the axes, at the distance `r`. The octant of
+/// the point contains one face. For a point beyond one of its edges, the distance is to that edge.
 #[inline(always)]
 pub fn octahedron<R: Real>(p: R::Vec3, r: R) -> R {
     let q = p.abs().named("q");
@@ -28,9 +28,9 @@ pub fn octahedron<R: Real>(p: R::Vec3, r: R) -> R {
     R::select(any, edge, m * lit(0.577_350_269_189_625_8))
 }
 
-/// A tetrahedron whose faces are at the distance `inner` from the centre. By symmetry, the coordinates are
-/// sorted by magnitude, and only the last one may be negative. The nearest edge then has its middle on the
-/// x axis, and is parallel to the diagonal of y and z.
+/// Returns the signed distance to a tetrahedron whose faces are at the distance `inner` from the centre. By
+/// symmetry, the coordinates are sorted by magnitude, and only the last one may be negative. The nearest edge then
+/// has its middle on the x axis, and is parallel to the diagonal of y and z.
 #[inline(always)]
 pub fn tetrahedron<R: Real>(p: R::Vec3, inner: R) -> R {
     let q = p.abs().named("q");
@@ -65,9 +65,9 @@ pub fn tetrahedron_half_edge(a: &[f64]) -> f64 {
     a[0] * 3.0_f64.sqrt()
 }
 
-/// A pyramid on a square of the half side `base`, from −`half` to `half` along y. `across` is the unit
-/// normal of the +x side in the xy plane. `slope` is the length of a side from the middle of its lower edge
-/// to the apex. `inverse` is one over the squared length of an edge up to the apex.
+/// Returns the signed distance to a pyramid on a square of the half side `base`, from −`half` to `half` along y.
+/// `across` is the unit normal of the +x side in the xy plane. `slope` is the length of a side from the middle of
+/// its lower edge to the apex. `inverse` is one over the squared length of an edge up to the apex.
 #[inline(always)]
 pub fn pyramid<R: Real>(p: R::Vec3, base: R, half: R, across: R::Vec2, slope: R, inverse: R) -> R {
     let zero = lit::<R>(0.0);
@@ -109,7 +109,7 @@ pub fn pyramid_parameters<R: Real>(a: &[R]) -> Vec<R> {
     ]
 }
 
-/// A regular prism with a corner edge on the +x side.
+/// Returns the signed distance to a regular prism around the y axis with a corner edge on the +x side.
 #[inline(always)]
 pub fn prism<R: Real>(p: R::Vec3, sector: R, inverse: R, apothem: R, side: R, half: R) -> R {
     let d = polygon_sector::<R>(p.xz(), sector, inverse, apothem, side);

@@ -4,27 +4,27 @@ use crate::bounds::Bounds;
 use crate::ops::prepare::{from_vec3, half, inverse, vec3};
 use crate::real::{Real, Vector2, Vector3, lit};
 
-/// A sphere: the distance to the centre, minus the radius.
+/// Returns the signed distance to a sphere: the distance to the centre, minus the radius.
 #[inline(always)]
 pub fn sphere<R: Real>(p: R::Vec3, r: R) -> R {
     p.length() - r
 }
 
-/// An ellipsoid with the radii `r`; see [`crate::ellipsoid`].
+/// Returns the signed distance to an ellipsoid with the radii `r`; see [`crate::ellipsoid`].
 #[inline(always)]
 pub fn ellipsoid<R: Real>(p: R::Vec3, r: R::Vec3) -> R {
     R::ellipsoid(p, r)
 }
 
-/// All points within `r` of a segment of the y axis.
+/// Returns the signed distance to all points within `r` of a segment of the y axis.
 #[inline(always)]
 pub fn capsule<R: Real>(p: R::Vec3, half: R, r: R) -> R {
     let y = p.y() - p.y().clamp(-half, half);
     R::Vec3::new(p.x(), y, p.z()).length() - r
 }
 
-/// All points within `r` of the segment from `start` to `start + axis`. `inverse` is one over its squared
-/// length, or zero for an empty segment.
+/// Returns the signed distance to all points within `r` of the segment from `start` to `start + axis`. `inverse`
+/// is one over its squared length, or zero for an empty segment.
 #[inline(always)]
 pub fn capsule_between<R: Real>(p: R::Vec3, start: R::Vec3, r: R, axis: R::Vec3, inverse: R) -> R {
     let q = (p - start).named("q");
@@ -49,14 +49,14 @@ pub fn capsule_between_bounds(a: &[f64]) -> Bounds {
     Bounds::EMPTY.including(from).including(to).grown(a[3])
 }
 
-/// All points within `tube` of a circle of radius `ring` in the xz plane.
+/// Returns the signed distance to all points within `tube` of a circle of radius `ring` in the xz plane.
 #[inline(always)]
 pub fn torus<R: Real>(p: R::Vec3, ring: R, tube: R) -> R {
     R::Vec2::new(p.xz().length() - ring, p.y()).length() - tube
 }
 
-/// All points within `tube` of an arc in the xz plane, symmetric about the positive x axis. `end` is the
-/// direction of one of its ends. Beyond the ends, the end is the nearest point.
+/// Returns the signed distance to all points within `tube` of an arc in the xz plane, symmetric about the positive
+/// x axis. `end` is the direction of one of its ends. Beyond the ends, the end is the nearest point.
 #[inline(always)]
 pub fn capped_torus<R: Real>(p: R::Vec3, ring: R, tube: R, end: R::Vec2) -> R {
     let z = p.z().abs().named("z");
@@ -84,7 +84,8 @@ pub fn capped_torus_bounds(a: &[f64]) -> Bounds {
     .grown(tube)
 }
 
-/// A link of a chain in the xy plane: a torus elongated by `half` along y in both directions.
+/// Returns the distance to a link of a chain in the xy plane: a torus elongated by `half` along y in both
+/// directions.
 #[inline(always)]
 pub fn link<R: Real>(p: R::Vec3, half: R, ring: R, tube: R) -> R {
     let y = p.y() - p.y().clamp(-half, half);

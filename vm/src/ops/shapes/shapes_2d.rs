@@ -20,8 +20,8 @@ pub fn sector<R: Real>(q: R::Vec2, angle: R, inverse: R, start: f64) -> R::Vec2 
     R::Vec2::new(q.x() * c + q.y() * s, q.y() * c - q.x() * s)
 }
 
-/// A regular polygon with a corner on the first axis. In the sector of a side, it is the distance to that
-/// side, which is `apothem` away and extends by `side` in both directions.
+/// Returns the distance to a regular polygon with a corner on the first axis. In the sector of a side, it is the
+/// distance to that side, which is `apothem` away and extends by `side` in both directions.
 #[inline(always)]
 pub fn polygon_sector<R: Real>(q: R::Vec2, angle: R, inverse: R, apothem: R, side: R) -> R {
     let s = sector::<R>(q, angle, inverse, 0.0).named("s");
@@ -30,19 +30,19 @@ pub fn polygon_sector<R: Real>(q: R::Vec2, angle: R, inverse: R, apothem: R, sid
     R::select(lit::<R>(0.0).less(beyond), outside, beyond)
 }
 
-/// A disc.
+/// Returns the signed distance to a disc of radius `r` around the origin.
 #[inline(always)]
 pub fn circle<R: Real>(p: R::Vec2, r: R) -> R {
     p.length() - r
 }
 
-/// A rectangle with sharp corners.
+/// Returns the signed distance to a rectangle with sharp corners, centred at the origin.
 #[inline(always)]
 pub fn rect<R: Real>(p: R::Vec2, half: R::Vec2) -> R {
     corner::<R>(p.abs() - half)
 }
 
-/// A rectangle with rounded corners: the offset of a smaller sharp one by `round`.
+/// Returns the signed distance to a rectangle with rounded corners: the offset of a smaller sharp one by `round`.
 #[inline(always)]
 pub fn rounded_rect<R: Real>(p: R::Vec2, half: R::Vec2, round: R) -> R {
     corner::<R>(p.abs() - half + R::Vec2::splat(round)) - round
@@ -54,7 +54,8 @@ pub fn rounded_rect_parameters<R: Real>(a: &[R]) -> Vec<R> {
     vec![size[0], size[1], a[2].min(size[0]).min(size[1])]
 }
 
-/// All points within `r` of a segment, as [`capsule_between`](super::capsule_between) in the plane.
+/// Returns the signed distance to all points within `r` of a segment, as
+/// [`capsule_between`](super::capsule_between) in the plane.
 #[inline(always)]
 pub fn segment<R: Real>(p: R::Vec2, start: R::Vec2, axis: R::Vec2, inverse: R, r: R) -> R {
     let q = (p - start).named("q");
@@ -78,7 +79,7 @@ pub fn segment_bounds(a: &[f64]) -> Bounds {
     along_z(&b, f64::INFINITY)
 }
 
-/// A regular polygon with a corner on the +y axis.
+/// Returns the distance to a regular polygon with a corner on the +y axis.
 #[inline(always)]
 pub fn ngon<R: Real>(p: R::Vec2, sector: R, inverse: R, apothem: R, side: R) -> R {
     polygon_sector::<R>(R::Vec2::new(p.y(), p.x()), sector, inverse, apothem, side)
@@ -99,8 +100,8 @@ pub fn ngon_radius(a: &[f64]) -> f64 {
     a[2].hypot(a[3])
 }
 
-/// A star with a tip on the +y axis, at the distance `tip` from the centre. By symmetry, one edge remains,
-/// from the tip to the inner corner; `length` is its length, `across` its unit normal.
+/// Returns the distance to a star with a tip on the +y axis, at the distance `tip` from the centre. By symmetry,
+/// one edge remains, from the tip to the inner corner; `length` is its length, `across` its unit normal.
 #[inline(always)]
 pub fn star<R: Real>(p: R::Vec2, sector: R, inverse: R, tip: R, length: R, across: R::Vec2) -> R {
     let folded = self::sector::<R>(R::Vec2::new(p.y(), p.x()), sector, inverse, 0.5);
@@ -131,10 +132,10 @@ pub fn star_radius(a: &[f64]) -> f64 {
     tip.abs().max(inner)
 }
 
-/// One edge of a polygon. The value passed along the chain of edges is the distance to the nearest edge so
-/// far. It is negative while a ray from the point to the right crosses the edges so far an odd number of
-/// times. So after the last edge it is the signed distance. An edge includes its lower end and excludes its
-/// upper one, so that a corner is never counted twice.
+/// Adds one edge to the distance to a polygon. The value passed along the chain of edges is the distance to the
+/// nearest edge so far. It is negative while a ray from the point to the right crosses the edges so far an odd
+/// number of times. So after the last edge it is the signed distance. An edge includes its lower end and excludes
+/// its upper one, so that a corner is never counted twice.
 #[inline(always)]
 pub fn polygon_edge<R: Real>(acc: R, p: R::Vec2, a: R::Vec2, b: R::Vec2) -> R {
     let zero = lit::<R>(0.0);
