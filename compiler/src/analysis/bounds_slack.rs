@@ -29,8 +29,8 @@ impl DistanceSlack {
         radial: f64::INFINITY,
     };
 
-    /// Slack of a shape for which only the axes are known. A corner of a grown box is at most √3 times as far
-    /// as its sides.
+    /// Returns the slack of a shape for which only the axes are known. A corner of a grown box is at most √3 times
+    /// as far as its sides.
     pub(crate) fn from_axis(axis: f64) -> Self {
         Self {
             axis,

@@ -67,7 +67,7 @@ impl<'a> SurfaceClimb<'a> {
         (!climb.points.is_empty()).then_some(climb)
     }
 
-    /// The largest `direction · p` of the points found, and of points climbed to from them.
+    /// Returns the largest `direction · p` of the points found, and of points climbed to from them.
     pub(crate) fn extent(&self, direction: [f64; 3]) -> f64 {
         let direction = DVec3::from(direction);
         let projection = |p: &DVec3| direction.dot(*p);
@@ -88,7 +88,7 @@ impl<'a> SurfaceClimb<'a> {
         extents.fold(f64::NEG_INFINITY, f64::max)
     }
 
-    /// The farthest sample point of the solid on a ray from the centre of the box.
+    /// Returns the farthest sample point of the solid on a ray from the centre of the box.
     ///
     /// Solids of revolution often end in a knob on the axis, which climbs from beside it miss.
     fn farthest_outward(&self, direction: DVec3) -> Option<DVec3> {
@@ -135,7 +135,8 @@ impl<'a> SurfaceClimb<'a> {
     }
 }
 
-/// Direction `number` of `count` directions of a Fibonacci lattice. Regular subsets are evenly spread, too.
+/// Returns direction `number` of `count` directions of a Fibonacci lattice. Regular subsets are evenly spread,
+/// too.
 pub(crate) fn fibonacci_direction(number: u32, count: u32) -> [f64; 3] {
     let height = 1.0 - (2.0 * f64::from(number) + 1.0) / f64::from(count);
     let turn = f64::from(number) * std::f64::consts::PI * (3.0 - 5.0_f64.sqrt());

@@ -50,7 +50,8 @@ impl<'s, 'u> ShapeRange<'s, 'u> {
         self.range_at(id, V3::new(x, y, z))
     }
 
-    /// Recursion over nested shapes, whose depth the elaborator bounds.
+    /// Bounds a shape's values over a box of points. It recurses over nested shapes, whose depth the elaborator
+    /// bounds.
     fn range_at(&mut self, id: ShapeId, p: IntervalPoint) -> Interval {
         self.operations += 1;
         let scene = self.scene;

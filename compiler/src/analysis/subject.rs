@@ -61,7 +61,7 @@ pub(crate) fn subject(
     bounds.is_finite().then_some((part, bounds))
 }
 
-/// The outline of a solid within a box; `None` if intervals prove the box empty.
+/// Returns the outline of a solid within a box; `None` if intervals prove the box empty.
 ///
 /// Points of the solid replace intervals in directions where these are too loose.
 pub(crate) fn outline(program: &Program, bounds: &Bounds) -> Option<Outline> {
@@ -174,7 +174,7 @@ impl<'a> OutlineSearch<'a> {
         true
     }
 
-    /// The centres of boxes that may contain a part of the solid, found level by level.
+    /// Returns the centres of boxes that may contain a part of the solid, found level by level.
     fn undecided_centres(&mut self) -> Vec<[f64; 3]> {
         let max_cells = MAX_START_INSTRUCTIONS / self.program.code.len().max(1);
         let max_cells = max_cells.clamp(8, MAX_STARTS);
@@ -288,7 +288,7 @@ impl<'a> OutlineSearch<'a> {
         !is_positive
     }
 
-    /// The program of the parent box.
+    /// Returns the tape of the parent box, or the unpruned tape if the parent was not evaluated.
     fn parent_part(&self, (level, index): SubjectCell) -> TapeSpan {
         let parent = level
             .checked_sub(1)
@@ -323,7 +323,7 @@ mod tests {
     use sdfc_vm::outline::directions;
     use sdfc_vm::real::Vector3;
 
-    /// The points where a plane crosses the edges of a box.
+    /// Returns the points where a plane crosses the edges of a box, by linear interpolation.
     fn crossings(program: &Program, bounds: &Bounds) -> Vec<[f64; 3]> {
         let corner = |index: usize| {
             [0, 1, 2].map(|axis| match index >> axis & 1 {

@@ -143,7 +143,7 @@ impl Symmetries<'_> {
         self.expressions.as_constant(id)
     }
 
-    /// The plane across `axis` at `position` in the coordinates of a frame, if the frame keeps that axis
+    /// Returns the plane across `axis` at `position` in the coordinates of a frame, if the frame keeps that axis
     /// separate from the others.
     fn plane_in_frame(
         &self,
@@ -212,7 +212,7 @@ const SAMPLE_VALUES: [f64; 2] = [0.375, 1.25];
 /// Number of sample points of a formula.
 const SAMPLE_POINTS: u32 = 48;
 
-/// A generic sample point: fractional parts of multiples of irrational numbers.
+/// Returns a generic sample point: fractional parts of multiples of irrational numbers.
 fn point(number: u32) -> [f64; 3] {
     let n = f64::from(number) + 1.0;
     let scale = [0.5, 2.0, 8.0][number as usize % 3];

@@ -41,7 +41,7 @@ impl BlendKind {
         ("stairs", BlendKind::Stairs),
     ];
 
-    /// The kind of this name.
+    /// Returns the kind with this name; `None` for other words.
     pub(crate) fn from_word(word: &str) -> Option<Self> {
         Self::WORDS
             .iter()
@@ -49,7 +49,7 @@ impl BlendKind {
             .map(|(_, kind)| *kind)
     }
 
-    /// Names of the kinds.
+    /// Returns the names of the kinds, as a scene writes them.
     pub(crate) fn names() -> impl Iterator<Item = &'static str> {
         Self::WORDS.iter().map(|(name, _)| *name)
     }

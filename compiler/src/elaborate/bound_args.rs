@@ -52,16 +52,16 @@ pub(crate) struct BoundArgs<'a> {
 }
 
 impl<'a> BoundArgs<'a> {
-    /// The number of a scalar argument.
+    /// Returns the number of a scalar argument.
     pub(crate) fn number(&self, index: usize) -> ExprId {
         self.arguments[index].numbers[0]
     }
-    /// The three numbers of a vector argument.
+    /// Returns the three numbers of a vector argument.
     pub(crate) fn vector(&self, index: usize) -> [ExprId; 3] {
         let numbers = &self.arguments[index].numbers;
         [numbers[0], numbers[1], numbers[2]]
     }
-    /// The value of an argument that is not numeric.
+    /// Returns the value of an argument that is not numeric.
     pub(crate) fn value(&self, index: usize) -> &Value<'a> {
         &self.arguments[index].value
     }
@@ -69,18 +69,18 @@ impl<'a> BoundArgs<'a> {
     pub(crate) fn is_given(&self, index: usize) -> bool {
         self.arguments[index].is_given
     }
-    /// Source span of the argument.
+    /// Returns the source span of the argument.
     pub(crate) fn span_at(&self, index: usize) -> Span {
         self.arguments[index].span
     }
-    /// The shape that an argument was converted to.
+    /// Returns the shape that an argument was converted to.
     pub(crate) fn shape(&self, index: usize) -> ShapeId {
         match self.arguments[index].value {
             Value::Shape(id) => id,
             _ => unreachable!("a parameter of kind shape holds a shape once it is converted"),
         }
     }
-    /// The material that an argument was converted to.
+    /// Returns the material that an argument was converted to.
     pub(crate) fn material(&self, index: usize) -> MaterialId {
         match self.arguments[index].value {
             Value::Material(id) => id,
@@ -248,7 +248,7 @@ impl<'a> Elaborator<'a> {
         None
     }
 
-    /// The numbers of one parameter's arguments.
+    /// Returns the numbers of one parameter's arguments; reports a value that does not fit.
     fn argument_numbers(
         &mut self,
         call: &Invocation<'a>,
@@ -399,7 +399,7 @@ impl<'a> Elaborator<'a> {
         None
     }
 
-    /// Diagnostic for an angle without a unit, with the fix `90deg` for `90`.
+    /// Describes an angle without a unit, with the fix `90deg` for `90`.
     pub(crate) fn missing_unit(&self, name: &str, span: Span) -> Diagnostic {
         let diagnostic = Diagnostic::error(codes::E0312, span, "this angle has no unit")
             .primary(format!("`{name}` needs an angle"));
@@ -513,7 +513,7 @@ impl<'a> Elaborator<'a> {
         }
     }
 
-    /// The elements of a list argument.
+    /// Returns the elements of a list argument; reports any value that is none.
     pub(crate) fn argument_elements(
         &mut self,
         bound: &BoundArgs<'a>,

@@ -16,7 +16,7 @@ use std::rc::Rc;
 pub(crate) const MAX_CALLS: usize = 256;
 
 impl<'a> Elaborator<'a> {
-    /// `name(args)`
+    /// Evaluates `name(args)`.
     pub(crate) fn call(&mut self, env: &Env<'a>, call: &'a Call, span: Span) -> EvalResult<'a> {
         let args = self.arguments(env, &call.args, Vec::new())?;
         let Some(name) = call.callee.segments.last() else {
@@ -35,7 +35,8 @@ impl<'a> Elaborator<'a> {
         self.invoke(&callee, call)
     }
 
-    /// `value.name(args)`
+    /// Evaluates `value.name(args)`: the call of a function with the value as its first argument, or of a record's
+    /// field.
     pub(crate) fn method_call(
         &mut self,
         env: &Env<'a>,

@@ -25,7 +25,7 @@ impl<'d> Demand<'d> {
 }
 
 impl<'a> Elaborator<'a> {
-    /// Value of a number at the current parameters and time.
+    /// Returns the value of a number at the current parameters and time.
     pub(crate) fn current_value(&mut self, id: ExprId) -> f64 {
         match self.expressions.as_constant(id) {
             Some(value) => value,
@@ -67,7 +67,7 @@ impl<'a> Elaborator<'a> {
         Some(self.current_value(id))
     }
 
-    /// The parameters, coordinates and constants that a number depends on, directly or not.
+    /// Returns the parameters, coordinates and constants that a number depends on, directly or not.
     fn leaf_dependencies(&self, id: ExprId) -> Vec<Expression> {
         let mut visited = std::collections::HashSet::new();
         let mut pending = vec![id];

@@ -31,7 +31,7 @@ impl Reports {
     pub(crate) fn is_full(&self) -> bool {
         self.errors >= MAX_ERRORS
     }
-    /// Number of errors.
+    /// Returns the number of errors reported so far, without warnings.
     pub(crate) fn error_count(&self) -> usize {
         self.errors
     }
@@ -39,7 +39,7 @@ impl Reports {
     pub(crate) fn mark_full(&mut self) {
         self.errors = self.errors.max(MAX_ERRORS);
     }
-    /// All diagnostics.
+    /// Returns all diagnostics, in the order of the reports and without duplicates.
     pub(crate) fn into_vec(self) -> Vec<Diagnostic> {
         self.diagnostics
     }
@@ -74,7 +74,7 @@ pub(crate) fn suggest(diagnostic: Diagnostic, span: Span, name: Option<&str>) ->
     }
 }
 
-/// Equivalent of another dialect's name: a replacement, or advice.
+/// Returns the equivalent of another dialect's name, if there is one, and a text that explains it.
 pub(crate) fn dialect_advice(name: &str) -> Option<(Option<&'static str>, &'static str)> {
     let replacement = |name: &'static str, text: &'static str| Some((Some(name), text));
     let advice = |text: &'static str| Some((None, text));
@@ -147,7 +147,7 @@ pub(crate) fn dialect_advice(name: &str) -> Option<(Option<&'static str>, &'stat
     }
 }
 
-/// Diagnostic for an unknown name, with a suggestion or the equivalent of another dialect's name.
+/// Describes an unknown name, with a suggestion or the equivalent of another dialect's name.
 pub(crate) fn unknown_name<'n>(
     code: DiagnosticCode,
     what: &str,

@@ -32,7 +32,8 @@ impl<'a> Elaborator<'a> {
         text
     }
 
-    /// Recursion over nested lists, whose depth is bounded. It stops once the text is too long.
+    /// Appends a value to a text. It recurses over nested lists, whose depth is bounded, and stops once the text
+    /// is too long.
     fn write(&mut self, text: &mut String, value: &Value<'a>) {
         if text.len() > MAX_TEXT_BYTES {
             return;

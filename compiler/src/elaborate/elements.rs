@@ -9,7 +9,7 @@ use sdfc_lang::{Diagnostic, Span, codes};
 pub(crate) const MAX_LOOP: f64 = 100_000.0;
 
 impl<'a> Elaborator<'a> {
-    /// The elements that a loop runs over.
+    /// Returns the elements that a loop runs over, each of which costs a step; reports a value without elements.
     pub(crate) fn elements(&mut self, value: Value<'a>, span: Span) -> Option<List<'a>> {
         let list = self.elements_without_cost(value, span)?;
         // Each element costs a step, whatever the loop does with it.

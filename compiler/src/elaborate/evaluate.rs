@@ -221,7 +221,7 @@ impl<'a> Elaborator<'a> {
             .or_else(|| vocabulary::static_name(name).map(Value::Builtin))
     }
 
-    /// The constants of the language.
+    /// Returns the constant of the language with this name, such as `pi`, `time` or the axis `X`.
     fn language_constant(&mut self, name: &str) -> Option<Value<'a>> {
         use std::f64::consts;
         let axis = |expressions: &mut crate::expression::Expressions, unit_axis: usize| {
@@ -377,7 +377,7 @@ impl<'a> Elaborator<'a> {
         })
     }
 
-    /// `!value`
+    /// Evaluates `!value`: the complement of a shape, or the negation of a condition.
     fn invert(&mut self, value: Value<'a>, unary: &'a Unary, span: Span) -> Value<'a> {
         if value.is_shape() {
             return self.complement(&value, unary.operand.span, span);
@@ -416,7 +416,7 @@ impl<'a> Elaborator<'a> {
         Ok(value)
     }
 
-    /// `a && b || c`: an operand is evaluated only if the result depends on it.
+    /// Evaluates `a && b || c`. An operand is evaluated only if the result depends on it.
     fn logic(&mut self, env: &Env<'a>, chain: &'a Chain) -> EvalResult<'a> {
         let first = self.eval(env, &chain.first)?;
         let Some(mut value) = self.condition(first, chain.first.span) else {

@@ -22,7 +22,7 @@ impl<'a> Globals<'a> {
         self.order.push(name);
         self.names.entry(name).or_default().push((position, value));
     }
-    /// Value of a name at a point that `horizon` definitions precede.
+    /// Returns the value of a name at a point that `horizon` definitions precede.
     pub(crate) fn get(&self, name: &str, horizon: u32) -> Option<&Value<'a>> {
         let definitions = self.names.get(name)?;
         let visible = definitions
@@ -31,7 +31,7 @@ impl<'a> Globals<'a> {
             .find(|(position, _)| *position < horizon);
         visible.map(|(_, value)| value)
     }
-    /// All names, in order of their definition.
+    /// Returns all names, in order of their definition.
     pub(crate) fn names(&self) -> impl Iterator<Item = &'a str> {
         self.order.iter().copied()
     }

@@ -46,8 +46,8 @@ pub(crate) struct ImportedModule {
 }
 
 impl ImportedModule {
-    /// The module of an alias: `None` if there is no such import, `Some(None)` if its file could
-    /// not be read.
+    /// Returns the module of an alias: `None` if there is no such import, `Some(None)` if its file could not be
+    /// read.
     pub(crate) fn import(&self, alias: &str) -> Option<Option<usize>> {
         // Of equal aliases, the latest takes effect.
         self.imports
@@ -64,7 +64,7 @@ impl ImportedModule {
     pub(crate) fn defines(&self, name: &str) -> bool {
         self.defined.iter().any(|defined| defined == name)
     }
-    /// Names that the items define, in order.
+    /// Returns the names that the items define, in order.
     pub(crate) fn definitions(&self) -> impl Iterator<Item = &str> {
         self.defined.iter().map(String::as_str)
     }
@@ -114,7 +114,8 @@ struct ModuleLoader<'l> {
 }
 
 impl ModuleLoader<'_> {
-    /// Recursion over nested imports, at most `MAX_FILES` deep.
+    /// Loads a module and its imports, and returns its index. It recurses over nested imports, at most `MAX_FILES`
+    /// deep.
     fn module(&mut self, id: FileId, path: &str) -> Option<usize> {
         let (file, messages) = parse(self.sources, id);
         // Warnings are shown only for the scene's own file.
@@ -194,13 +195,13 @@ impl ModuleLoader<'_> {
         module
     }
 
-    /// The scene's own path, as imports within its folder would write it.
+    /// Returns the scene's own path, as imports within its folder would write it.
     fn scene_file_name(&self) -> String {
         let name = self.sources.name(self.root);
         name.rsplit(['/', '\\']).next().unwrap_or(name).to_owned()
     }
 
-    /// Path of a file for messages: relative to the same folder as the scene's path.
+    /// Returns the path of a file for messages: relative to the same folder as the scene's path.
     fn display_name(&self, path: &str) -> String {
         if path.starts_with("std/") {
             return format!("{path}.sdf");
@@ -212,7 +213,7 @@ impl ModuleLoader<'_> {
         }
     }
 
-    /// Path of an import relative to the scene's folder.
+    /// Returns the path of an import relative to the scene's folder. A path outside of that folder is an error.
     fn resolve(&self, from: &str, import: &ast::Import) -> Result<String, Box<Diagnostic>> {
         let written = import.path.as_str();
         if written.starts_with("std/") {

@@ -220,7 +220,7 @@ impl<'a> NameChecker<'a, '_> {
         self.leave(outer);
     }
 
-    /// Recursion over the tree, whose depth the parser bounds.
+    /// Checks the names in an expression. It recurses over the tree, whose depth the parser bounds.
     fn expr(&mut self, expr: &'a Expr) {
         match &expr.kind {
             ExprKind::Number(_) | ExprKind::Color(_) | ExprKind::Text(_) | ExprKind::Bool(_) => {}
@@ -285,7 +285,7 @@ impl<'a> NameChecker<'a, '_> {
         }
     }
 
-    /// Of several arguments of a blend, the first is its kind.
+    /// Checks the names in a blend. Of several arguments, the first is its kind.
     fn blend(&mut self, blend: &'a Args) {
         let names_kind = blend.args.len() > 1
             && blend

@@ -22,7 +22,7 @@ pub(crate) enum Form {
 }
 
 impl Form {
-    /// Number of components.
+    /// Returns the number of components, at least 1.
     pub(crate) fn len(self) -> usize {
         match self {
             Form::Scalar => 1,
@@ -30,7 +30,7 @@ impl Form {
             Form::Color => 3,
         }
     }
-    /// Common form of two operands, if they are compatible.
+    /// Returns the common form of two operands, if they are compatible.
     pub(crate) fn with(self, other: Self) -> Option<Self> {
         match (self, other) {
             (a, b) if a == b => Some(a),
@@ -91,7 +91,7 @@ pub(crate) fn assemble_value<'a>(form: Form, numbers: &[ScalarValue]) -> Value<'
 pub(crate) type OperatorSpans = (Span, Span, Span);
 
 impl<'a> Elaborator<'a> {
-    /// A truth value as 1 or 0.
+    /// Returns a truth value as the constant 1 or 0.
     pub(crate) fn truth(&mut self, truth: bool) -> ExprId {
         self.expressions.constant(if truth { 1.0 } else { 0.0 })
     }
@@ -288,7 +288,7 @@ impl<'a> Elaborator<'a> {
         Value::Poison
     }
 
-    /// `-value`
+    /// Evaluates `-value`, component by component.
     pub(crate) fn negate(&mut self, value: Value<'a>, unary: &'a Unary, span: Span) -> Value<'a> {
         if value.is_poison() {
             return value;
@@ -310,7 +310,7 @@ impl<'a> Elaborator<'a> {
         assemble_value(form, &numbers)
     }
 
-    /// The condition that a value represents; reports any other value.
+    /// Returns the condition that a value represents; reports any other value.
     pub(crate) fn condition(&mut self, value: Value<'a>, span: Span) -> Option<ExprId> {
         match value {
             Value::Bool(id) => Some(id),

@@ -44,7 +44,7 @@ impl Override {
         Span::new(self.file, 0, (self.name.len() + 1 + self.text.len()) as u32)
     }
 
-    /// Diagnostic for a parameter that does not exist.
+    /// Describes an override of a parameter that does not exist.
     pub(crate) fn unknown_param(&self, params: &[SceneParam]) -> Diagnostic {
         let span = Span::new(self.file, 0, self.name.len() as u32);
         let names = params.iter().map(|param| param.name.as_str());
@@ -76,7 +76,7 @@ fn is_literal(expr: &Expr) -> bool {
 }
 
 impl<'a> Elaborator<'a> {
-    /// `param name: type = value in a..b by step;`
+    /// Evaluates the definition `param name: type = value in a..b by step;`.
     pub(crate) fn param(
         &mut self,
         env: &Env<'a>,
@@ -160,7 +160,7 @@ impl<'a> Elaborator<'a> {
         Ok(value)
     }
 
-    /// Numbers of a parameter that is overridden from outside.
+    /// Returns the numbers of a parameter that is overridden from outside; `None` if it is not.
     fn override_value(&mut self, param: &SceneParam) -> Result<Option<Vec<f64>>, Abort> {
         let overrides = self.overrides;
         // The last override takes effect, as on a command line.
@@ -278,7 +278,7 @@ impl<'a> Elaborator<'a> {
         Some(kind)
     }
 
-    /// Numbers of a parameter's default; reports a value that does not fit.
+    /// Returns the numbers of a parameter's default; reports a value that does not fit.
     fn param_value(&mut self, kind: ParamKind, value: &Value<'a>, span: Span) -> Option<Vec<f64>> {
         if value.is_poison() {
             return None;
@@ -299,7 +299,7 @@ impl<'a> Elaborator<'a> {
         Some(numbers)
     }
 
-    /// Numbers of a value of a kind, at compile time.
+    /// Returns the numbers of a value of a kind, at compile time; `None` if the value is of another kind.
     fn kind_numbers(&mut self, kind: ParamKind, value: &Value<'a>) -> Option<Vec<f64>> {
         let ids: Vec<ExprId> = match (kind, value) {
             (ParamKind::Bool, Value::Bool(id)) => vec![*id],
@@ -396,7 +396,8 @@ impl<'a> Elaborator<'a> {
         }))
     }
 
-    /// The value that represents a parameter in expressions.
+    /// Returns the value that represents a parameter in expressions: constants if it is structural, live numbers
+    /// otherwise.
     fn param_as_value(&mut self, param: &SceneParam, id: ParamId) -> Value<'a> {
         let component = |e: &mut Self, index: usize| match param.structural {
             true => e.expressions.constant(param.value[index]),
@@ -453,7 +454,7 @@ impl SceneParam {
             }
     }
 
-    /// The range as text, in the units of the scene language.
+    /// Formats the range in the units of the scene language, such as `0deg..90deg`, or `any number`.
     pub fn allowed(&self) -> String {
         let Some((low, high)) = self.range else {
             return "any number".to_owned();

@@ -16,7 +16,7 @@ pub struct FunctionDoc {
     pub doc: String,
 }
 
-/// All built-in functions, sorted by name.
+/// Returns all built-in functions, sorted by name.
 pub fn reference() -> Vec<FunctionDoc> {
     vocabulary::names().filter_map(entry).collect()
 }

@@ -32,8 +32,7 @@ type ParamAssignment = (Vec<(ParamId, f64)>, f64);
 pub(crate) type AssignmentKey = (Vec<(ParamId, u64)>, u64);
 
 impl<'a> Elaborator<'a> {
-    /// Boxes of a shape and values of numbers: first at the current values of the parameters, then
-    /// at the samples.
+    /// Bounds a shape and evaluates numbers: first at the current values of the parameters, then at the samples.
     pub(crate) fn sample_bounds(
         &mut self,
         shape: ShapeId,
@@ -93,8 +92,8 @@ impl<'a> Elaborator<'a> {
         samples
     }
 
-    /// The live parameters that a shape or one of the numbers depends on, and whether they depend
-    /// on the time.
+    /// Returns the live parameters that a shape or one of the numbers depends on. The second result is true if
+    /// they depend on the time.
     fn dependencies(&self, shape: ShapeId, number_ids: &[ExprId]) -> (BTreeSet<ParamId>, bool) {
         let mut pending = number_ids.to_vec();
         let mut shapes = vec![shape];

@@ -23,7 +23,7 @@ impl<V> Default for Scope<'_, V> {
 }
 
 impl<'a, V: Clone> Scope<'a, V> {
-    /// This scope with one more name, whose value is nested to this depth.
+    /// Returns this scope with one more name, whose value is nested to this depth.
     pub(crate) fn with(&self, name: &'a str, value: V, depth: u32) -> Self {
         let depth = self.depth().max(depth);
         let outer = self.clone();
@@ -34,11 +34,11 @@ impl<'a, V: Clone> Scope<'a, V> {
             outer,
         })))
     }
-    /// Maximum depth of the values of this scope.
+    /// Returns the maximum depth of the values of this scope.
     pub(crate) fn depth(&self) -> u32 {
         self.0.as_ref().map_or(0, |binding| binding.depth)
     }
-    /// Value of a name, the latest of that name.
+    /// Returns the value of a name, the latest of that name.
     pub(crate) fn get(&self, name: &str) -> Option<&V> {
         let mut scope = self;
         while let Some(binding) = &scope.0 {

@@ -7,7 +7,7 @@ use sdfc_vm::bounds::Bounds;
 use sdfc_vm::interval::Interval;
 
 impl<'a> Elaborator<'a> {
-    /// View of the scene as built so far.
+    /// Returns a view of the scene as built so far.
     pub(crate) fn scene_ref(&self) -> SceneRef<'_> {
         SceneRef {
             shapes: &self.shapes,
@@ -17,7 +17,7 @@ impl<'a> Elaborator<'a> {
         }
     }
 
-    /// Bounding box of a shape at the current values of the parameters.
+    /// Returns the bounding box of a shape at the current values of the parameters.
     pub(crate) fn bounds_of(&mut self, id: ShapeId) -> Bounds {
         let mut boxes = std::mem::take(&mut self.bounds_cache);
         let bounds = boxes.get(self.scene_ref(), id);
@@ -51,7 +51,7 @@ impl<'a> Elaborator<'a> {
         follows
     }
 
-    /// Bounds of a number of the point over a region.
+    /// Bounds a number of the point over a region, at the current values of the parameters.
     pub(crate) fn point_range(&mut self, id: ExprId, region: &Bounds) -> Interval {
         let (expressions, params, time) = (&self.expressions, &self.params, self.options.time);
         let present = &mut self.uniform_values;
@@ -60,7 +60,7 @@ impl<'a> Elaborator<'a> {
     }
 }
 
-/// Numbers of the shape itself, without its children, that affect its surface.
+/// Returns the numbers of the shape itself, without its children, that affect its surface.
 pub(crate) fn numbers(kind: &ShapeKind) -> Vec<ExprId> {
     match kind {
         ShapeKind::Primitive { parameters, .. }

@@ -122,7 +122,7 @@ impl<'a> Elaborator<'a> {
         Some(())
     }
 
-    /// A material of one colour.
+    /// Adds a material of one colour, with all other fields of the default material.
     pub(crate) fn plain_material(&mut self, albedo: [ExprId; 3]) -> MaterialId {
         let default = self.materials[0].clone();
         self.material(Material {
@@ -280,7 +280,7 @@ pub(crate) fn help_with_function(diagnostic: Diagnostic, value: &Value<'_>) -> D
     }
 }
 
-/// The value of a shape, or poison if there is none.
+/// Returns the value of a shape, or poison if there is none.
 pub(crate) fn shape_value<'a>(shape: Option<ShapeId>) -> EvalResult<'a> {
     Ok(shape.map_or(Value::Poison, Value::Shape))
 }

@@ -23,7 +23,7 @@ pub(crate) enum Quantity {
 }
 
 impl Quantity {
-    /// A length to a power; a plain number for power 0.
+    /// Returns a length to a power; a plain number for power 0.
     pub(crate) fn length(power: i8) -> Self {
         if power == 0 {
             Self::Plain
@@ -37,8 +37,8 @@ impl Quantity {
             Self::Plain | Self::Angle | Self::Time => 0,
         }
     }
-    /// Quantity of a product: powers of lengths add up. An angle stays an angle, unless multiplied
-    /// by a length (arc length).
+    /// Returns the quantity of a product: powers of lengths add up. An angle stays an angle, unless multiplied by
+    /// a length (arc length).
     pub(crate) fn product(self, other: Self) -> Self {
         match (self, other) {
             (Self::Angle, Self::Plain | Self::Time) | (Self::Plain | Self::Time, Self::Angle) => {
@@ -48,7 +48,7 @@ impl Quantity {
             _ => Self::length(self.power().saturating_add(other.power())),
         }
     }
-    /// Quantity of a quotient; an angle per length is an angle per scene unit.
+    /// Returns the quantity of a quotient; an angle per length is an angle per scene unit.
     pub(crate) fn quotient(self, other: Self) -> Self {
         match (self, other) {
             (Self::Angle, Self::Plain | Self::Time | Self::Length(_)) => Self::Angle,
@@ -56,7 +56,7 @@ impl Quantity {
             _ => Self::length(self.power().saturating_sub(other.power())),
         }
     }
-    /// Quantity of a sum, if the two can be added. A plain number adapts to the other quantity.
+    /// Returns the quantity of a sum, if the two can be added. A plain number adapts to the other quantity.
     pub(crate) fn sum(self, other: Self) -> Option<Self> {
         match (self, other) {
             (a, b) if a == b => Some(a),
@@ -64,14 +64,14 @@ impl Quantity {
             _ => None,
         }
     }
-    /// Quantity of the square root.
+    /// Returns the quantity of the square root; half of an odd power of a length is rounded towards zero.
     pub(crate) fn root(self) -> Self {
         match self {
             Self::Length(power) => Self::length(power / 2),
             other => other,
         }
     }
-    /// Name in messages, with its article.
+    /// Returns the name in messages, with its article.
     pub(crate) fn noun(self) -> &'static str {
         match self {
             Self::Plain => "a number",
@@ -97,7 +97,7 @@ pub(crate) struct ScalarValue {
 }
 
 impl ScalarValue {
-    /// A number of a quantity.
+    /// Returns a number of a quantity that need not be an integer.
     pub(crate) fn new(id: ExprId, quantity: Quantity) -> Self {
         Self {
             id,
@@ -105,11 +105,11 @@ impl ScalarValue {
             is_integer: false,
         }
     }
-    /// A plain number.
+    /// Returns a plain number that need not be an integer.
     pub(crate) fn plain(id: ExprId) -> Self {
         Self::new(id, Quantity::Plain)
     }
-    /// A plain integer.
+    /// Returns a plain number that is an integer.
     pub(crate) fn int(id: ExprId) -> Self {
         Self {
             id,
@@ -151,7 +151,7 @@ impl Vector {
     pub(crate) fn components(&self) -> &[ScalarValue] {
         &self.components[..usize::from(self.len)]
     }
-    /// Number of components.
+    /// Returns the number of components, at most 4.
     pub(crate) fn len(&self) -> usize {
         usize::from(self.len)
     }
@@ -182,7 +182,7 @@ pub(crate) struct Env<'a> {
 }
 
 impl<'a> Env<'a> {
-    /// This environment with one more name.
+    /// Returns this environment with one more name.
     pub(crate) fn with(&self, name: &'a str, value: Value<'a>) -> Self {
         let depth = value.depth();
         Self {
@@ -278,7 +278,7 @@ pub(crate) enum Value<'a> {
 }
 
 impl Value<'_> {
-    /// Nesting depth of a value: lists in lists, and functions that capture functions.
+    /// Returns the nesting depth of a value: lists in lists, and functions that capture functions.
     pub(crate) fn depth(&self) -> u32 {
         match self {
             Value::List(list) => list.0.1,
@@ -313,7 +313,7 @@ impl Value<'_> {
             _ => false,
         }
     }
-    /// The number, if the value is one.
+    /// Returns the number, if the value is one.
     pub(crate) fn as_number(&self) -> Option<ScalarValue> {
         match self {
             Value::Number(number) => Some(*number),

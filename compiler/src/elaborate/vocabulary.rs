@@ -373,12 +373,12 @@ fn math<'a>(e: &mut Elaborator<'a>, call: Invocation<'a>) -> EvalResult<'a> {
     }
 }
 
-/// The function of this name.
+/// Returns the built-in function of this name.
 pub(crate) fn get(name: &str) -> Option<&'static BuiltinFunction> {
     FUNCTIONS.get(name)
 }
 
-/// The static name of the function of this name, if there is one.
+/// Returns the static name of the function of this name, if there is one.
 pub(crate) fn static_name(name: &str) -> Option<&'static str> {
     FUNCTIONS.get_key_value(name).map(|(name, _)| *name)
 }
@@ -386,7 +386,7 @@ pub(crate) fn static_name(name: &str) -> Option<&'static str> {
 /// Constants of the language.
 pub(crate) const CONSTANTS: [&str; 6] = ["X", "Y", "Z", "pi", "tau", "time"];
 
-/// Names of all functions and constants, sorted.
+/// Returns the names of all functions and constants, sorted.
 pub(crate) fn names<'n>() -> impl Iterator<Item = &'n str> {
     let mut names: Vec<&'n str> = FUNCTIONS.keys().copied().chain(CONSTANTS).collect();
     names.sort_unstable();

@@ -90,7 +90,7 @@ impl<'a, 'b> LocalBoundBuilder<'a, 'b> {
         }
     }
 
-    /// Recursion over operands.
+    /// Bounds the changes of a number around each point, and caches the bound. It recurses over operands.
     fn bound(&mut self, number: ExprId) -> Option<LocalBound> {
         if let Some(&cached) = self.cached.get(&number) {
             return cached;

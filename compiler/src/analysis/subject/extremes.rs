@@ -16,7 +16,7 @@ pub(super) struct Extremes {
 }
 
 impl Extremes {
-    /// The operands of the minimum or the maximum that a number is equivalent to.
+    /// Returns the operands of the minimum or the maximum that a number is equivalent to.
     ///
     /// Monotonic operations around it are moved into its operands.
     pub(super) fn find(expressions: &mut Expressions, id: ExprId) -> Option<Self> {
@@ -24,7 +24,7 @@ impl Extremes {
     }
 }
 
-/// Recursion to at most `depth`.
+/// Finds the operands of nested minima or maxima. It recurses to at most `depth`.
 fn nested(expressions: &mut Expressions, id: ExprId, depth: u32) -> Option<Extremes> {
     let Expression::Apply { op, values, .. } = expressions.get(id).clone() else {
         return None;

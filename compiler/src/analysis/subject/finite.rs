@@ -30,7 +30,7 @@ impl<'a> FiniteFinder<'a> {
         }
     }
 
-    /// The shape without its unbounded operands; `None` if nothing is left.
+    /// Returns the shape without its unbounded operands; `None` if nothing is left.
     ///
     /// Recursion over nested shapes, whose depth the elaborator bounds.
     pub(super) fn finite_part(&mut self, id: ShapeId) -> Option<ShapeId> {
@@ -149,7 +149,7 @@ impl<'a> FiniteFinder<'a> {
         }
     }
 
-    /// The space outside a half-space across an axis; `None` for other shapes.
+    /// Returns the space outside a half-space across an axis; `None` for other shapes.
     fn open_space(&mut self, id: ShapeId) -> Option<Bounds> {
         let mut inner = id;
         loop {
@@ -172,7 +172,7 @@ impl<'a> FiniteFinder<'a> {
         Some(space)
     }
 
-    /// The box of a shape, clipped to the space outside of half-spaces.
+    /// Returns the box of a shape, clipped to the space outside of half-spaces.
     fn visible_bounds(&mut self, id: ShapeId, open_spaces: &[Bounds]) -> Bounds {
         let bounds = self.bounds(id);
         open_spaces
@@ -187,7 +187,7 @@ impl<'a> FiniteFinder<'a> {
         is_clipped.then(|| self.clipped_copy(id, visible))
     }
 
-    /// The combination with other operands, or its only operand.
+    /// Returns the combination with other operands, or its only operand; `None` without operands.
     fn join_parts(&mut self, id: ShapeId, parts: Vec<ShapeId>) -> Option<ShapeId> {
         match *parts {
             [] => None,
@@ -203,7 +203,7 @@ impl<'a> FiniteFinder<'a> {
         }
     }
 
-    /// The shape with a bounded box: its own, or one around points that sampling finds.
+    /// Returns the shape with a bounded box: its own, or one around points that sampling finds.
     fn bounded_shape(&mut self, id: ShapeId) -> Option<ShapeId> {
         if self.is_bounded(id) {
             return Some(id);
@@ -213,7 +213,7 @@ impl<'a> FiniteFinder<'a> {
         Some(self.clipped_copy(id, &bounds))
     }
 
-    /// A copy of a shape with its box clipped.
+    /// Returns a copy of a shape with its box clipped.
     fn clipped_copy(&mut self, id: ShapeId, bounds: &Bounds) -> ShapeId {
         let kind = self.shape(id).kind.clone();
         let copy = self.add_like(id, kind);
@@ -223,7 +223,7 @@ impl<'a> FiniteFinder<'a> {
         copy
     }
 
-    /// The set operation that is equivalent to a field.
+    /// Returns the set operation that is equivalent to a field.
     fn combine_fields(&mut self, id: ShapeId, extremes: &Extremes, region: &Bounds) -> ShapeId {
         let values = extremes.values.iter().map(|&value| {
             let scene = SceneRef::from(&*self.scene);
@@ -250,7 +250,8 @@ impl<'a> FiniteFinder<'a> {
         self.add_like(id, kind)
     }
 
-    /// The complement of a shape, expressed by complements of its operands; `None` if there is no such form.
+    /// Returns the complement of a shape, expressed by complements of its operands; `None` if there is no such
+    /// form.
     fn complement(&mut self, id: ShapeId, child: ShapeId) -> Option<ShapeId> {
         use SetOperation::{Intersection, Subtraction, Union};
         let kind = self.shape(child).kind.clone();

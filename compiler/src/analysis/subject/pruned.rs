@@ -32,18 +32,18 @@ impl<'a> PrunedField<'a> {
         }
     }
 
-    /// The unpruned program.
+    /// Returns the span of the unpruned tape.
     pub(super) fn root(&self) -> TapeSpan {
         self.parts.root()
     }
 
-    /// Bounds of the field in a box with the program `part`.
+    /// Bounds the field in a box with the program `part`.
     pub(super) fn over(&mut self, part: &TapeSpan, region: V3<Interval>) -> Interval {
         let (parts, values) = (&mut self.parts, &mut self.values);
         parts.eval_over(self.program, part, values, region, |value| value)
     }
 
-    /// The program `part`, pruned to the box evaluated last, unless the clause limit is exceeded.
+    /// Prunes the program `part` to the box evaluated last, unless the clause limit is exceeded.
     pub(super) fn prune(&mut self, part: &TapeSpan) -> TapeSpan {
         if self.parts.clause_count() + part.len() > MAX_CLAUSES {
             return part.clone();
@@ -58,7 +58,7 @@ impl<'a> PrunedField<'a> {
         }
     }
 
-    /// Bounds of the gradient in a box with the program `part`.
+    /// Bounds the gradient in a box with the program `part`.
     pub(super) fn gradient(&mut self, part: &TapeSpan, region: V3<Interval>) -> V3<Interval> {
         let (tape, point) = (self.parts.tape(part), DualVec3::seed(region));
         let no_hook = |_, _, _, _: [Dual<Interval>; 2]| {};

@@ -104,7 +104,7 @@ impl<'a> Elaborator<'a> {
         }
     }
 
-    /// Camera of a scene without a `camera` block.
+    /// Returns the camera of a scene without a `camera` block.
     pub(crate) fn automatic_camera(&mut self) -> SceneCamera {
         settings::Camera::open(self.z_up).map(|v| self.expressions.constant(v))
     }

@@ -62,7 +62,7 @@ impl<'a> Elaborator<'a> {
         Ok(())
     }
 
-    /// `none`, `hard`, `soft`, `soft(0.03)`, `plain(0.03)` or `sized(0.03)`
+    /// Evaluates the shadow of a light: `none`, `hard`, `soft`, `soft(0.03)`, `plain(0.03)` or `sized(0.03)`.
     fn shadow(&mut self, env: &Env<'a>, field: &'a Field) -> Result<Option<SceneShadow>, Abort> {
         let words = ["none", "hard", "plain", "soft", "sized"];
         let span = field.value.span;
@@ -140,7 +140,7 @@ impl<'a> Elaborator<'a> {
         Ok(())
     }
 
-    /// The sky of a scene without one: a clear day, a little hazy.
+    /// Returns the sky of a scene without one: a clear day, a little hazy.
     pub(crate) fn default_sky(&mut self) -> SceneSky {
         SceneSky {
             top: self.srgb([0x6f, 0x97, 0xcf, 255]),
@@ -151,8 +151,8 @@ impl<'a> Elaborator<'a> {
         }
     }
 
-    /// The lights of a scene without any: a warm one with a soft shadow, and a dim cool one from
-    /// the other side.
+    /// Returns the lights of a scene without any: a warm one with a soft shadow, and a dim cool one from the other
+    /// side.
     pub(crate) fn default_lights(&mut self) -> Vec<SceneLight> {
         let z_up = self.z_up;
         let light =

@@ -137,7 +137,7 @@ impl<'a> Elaborator<'a> {
         Ok(width.zip(height).map(|(width, height)| [width, height]))
     }
 
-    /// Settings of a scene without a `render` block.
+    /// Returns the settings of a scene without a `render` block.
     pub(crate) fn default_render(&mut self) -> SceneRender {
         SceneRender {
             size: [960, 540],

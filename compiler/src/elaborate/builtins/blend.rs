@@ -14,7 +14,7 @@ use sdfc_lang::{Diagnostic, Span, codes};
 use sdfc_vm::table::Op;
 
 impl<'a> Elaborator<'a> {
-    /// The operation of a set operation with a blend, and its parameters.
+    /// Returns the operation of a set operation with a blend, and its parameters.
     pub(crate) fn set_row(
         &mut self,
         operation: SetOperator,

@@ -171,7 +171,7 @@ impl<'a> Elaborator<'a> {
         false
     }
 
-    /// `!shape`
+    /// Evaluates `!shape`: everything outside of it.
     pub(crate) fn complement(&mut self, value: &Value<'a>, operand: Span, span: Span) -> Value<'a> {
         let Some(child) = self.shape(value, operand) else {
             return Value::Poison;
@@ -199,7 +199,7 @@ impl<'a> Elaborator<'a> {
         Value::Shape(self.add(kind, is_2d, span))
     }
 
-    /// `union(..)`, `intersect(..)`, `subtract(..)` with shapes, lists and a named blend.
+    /// Evaluates `union(..)`, `intersect(..)` or `subtract(..)` with shapes, lists and a named blend.
     pub(crate) fn set_function(
         &mut self,
         operation: SetOperator,
@@ -286,7 +286,7 @@ impl<'a> Elaborator<'a> {
         shape_value(self.combine(row, parameters, shapes, call.span))
     }
 
-    /// `xor(a, b, ..)`: the points in an odd number of the shapes.
+    /// Evaluates `xor(a, b, ..)`: the points in an odd number of the shapes.
     pub(crate) fn exclusive(&mut self, call: Invocation<'a>) -> EvalResult<'a> {
         if self.has_wrong_arg_count(&call, 1..=usize::MAX) {
             return Ok(Value::Poison);

@@ -25,7 +25,7 @@ impl<'a> Elaborator<'a> {
         [0, 1, 2].map(|axis| ScalarValue::new(self.expressions.coordinate(axis), Quantity::Plain))
     }
 
-    /// `field(f, lipschitz, within)`
+    /// Evaluates `field(f, lipschitz, within)`: the solid where `f` is negative.
     pub(crate) fn field_shape(&mut self, bound: BoundArgs<'a>) -> EvalResult<'a> {
         let function = bound.value(0).clone();
         let [x, y, z] = self.coordinates();
@@ -78,8 +78,8 @@ impl<'a> Elaborator<'a> {
         shape_value(intersection)
     }
 
-    /// Box outside which a written field is proved positive. For a field that depends on live
-    /// parameters it is all of space; its extent is computed once the parameters have values.
+    /// Returns a box outside which a written field is proved positive. For a field that depends on live parameters
+    /// it is all of space; its extent is computed once the parameters have values.
     fn field_extent(&mut self, value: ExprId) -> Bounds {
         if self.depends_on_params(value) {
             return Bounds::ALL_SPACE;
@@ -118,7 +118,7 @@ impl<'a> Elaborator<'a> {
         }
     }
 
-    /// `heightfield(f, over, base)`: the points below a height, within a rectangle.
+    /// Evaluates `heightfield(f, over, base)`: the points below a height, within a rectangle.
     pub(crate) fn heightfield(&mut self, bound: BoundArgs<'a>) -> EvalResult<'a> {
         let span = bound.span;
         let [x, y, z] = self.coordinates();
@@ -173,7 +173,7 @@ impl<'a> Elaborator<'a> {
         shape_value(intersection)
     }
 
-    /// `displace(shape, f)`
+    /// Evaluates `displace(shape, f)`: the shape with its surface moved outwards by `f`.
     pub(crate) fn displace(&mut self, bound: BoundArgs<'a>) -> EvalResult<'a> {
         let child = bound.shape(0);
         if self.is_nothing(child) {
@@ -202,7 +202,7 @@ impl<'a> Elaborator<'a> {
         }
     }
 
-    /// `warp(shape, f)`
+    /// Evaluates `warp(shape, f)`: a shape whose points are mapped by `f` before it is evaluated.
     pub(crate) fn warp(&mut self, bound: BoundArgs<'a>) -> EvalResult<'a> {
         let child = bound.shape(0);
         if self.is_nothing(child) {
@@ -239,7 +239,7 @@ impl<'a> Elaborator<'a> {
         )))
     }
 
-    /// `noise(p, seed)`
+    /// Evaluates `noise(p, seed)`: gradient noise at a number, a vec2 or a vec3.
     pub(crate) fn noise(&mut self, bound: BoundArgs<'a>) -> EvalResult<'a> {
         let Some(point) = self.noise_point(&bound) else {
             return Ok(Value::Poison);
@@ -262,7 +262,7 @@ impl<'a> Elaborator<'a> {
         }
     }
 
-    /// `fbm(p, octaves, seed, gain, lacunarity)` and `ridge(..)`: noise at several scales.
+    /// Evaluates `fbm(p, octaves, seed, gain, lacunarity)` or `ridge(..)`: noise at several scales.
     pub(crate) fn fractal_noise(&mut self, op: Op, bound: BoundArgs<'a>) -> EvalResult<'a> {
         let Some(point) = self.noise_point(&bound) else {
             return Ok(Value::Poison);
@@ -293,7 +293,7 @@ impl<'a> Elaborator<'a> {
         Ok(Value::Number(ScalarValue::plain(sum)))
     }
 
-    /// `polygon(points)`
+    /// Evaluates `polygon(points)`: a 2-D shape of at least three corners.
     pub(crate) fn polygon(&mut self, bound: BoundArgs<'a>) -> EvalResult<'a> {
         let span = bound.span_at(0);
         let Some(elements) = self.argument_elements(&bound, 0) else {
@@ -343,7 +343,7 @@ impl<'a> Elaborator<'a> {
         self.call_at_point(&value, args.into_iter().take(params.clamp(1, 2)), span)
     }
 
-    /// `color(shape, color)`: a colour, or a function of the point and the normal that returns one.
+    /// Evaluates `color(shape, color)`, of a colour or a function of the point and the normal that returns one.
     pub(crate) fn colored(&mut self, mut bound: BoundArgs<'a>) -> EvalResult<'a> {
         let span = bound.span_at(1);
         let value = self.surface_value(bound.value(1).clone(), span)?;

@@ -16,7 +16,7 @@ use sdfc_vm::table::Op;
 const MAX_PRINTED: usize = 1_000;
 
 impl<'a> Elaborator<'a> {
-    /// `len(list)`
+    /// Evaluates `len(list)`: the number of elements, or of a text's characters.
     pub(crate) fn len(&mut self, bound: BoundArgs<'a>) -> EvalResult<'a> {
         if let Value::Text(text) = bound.value(0) {
             let count = text.chars().count() as f64;
@@ -32,7 +32,7 @@ impl<'a> Elaborator<'a> {
         })
     }
 
-    /// `map(list, f)`
+    /// Evaluates `map(list, f)`: the list of the values of `f`.
     pub(crate) fn map(&mut self, bound: BoundArgs<'a>) -> EvalResult<'a> {
         let Some(list) = self.argument_elements(&bound, 0) else {
             return Ok(Value::Poison);
@@ -48,7 +48,7 @@ impl<'a> Elaborator<'a> {
         Ok(Value::List(results.into()))
     }
 
-    /// `filter(list, f)`
+    /// Evaluates `filter(list, f)`: the elements for which `f` is true, at compile time.
     pub(crate) fn filter(&mut self, bound: BoundArgs<'a>) -> EvalResult<'a> {
         let Some(list) = self.argument_elements(&bound, 0) else {
             return Ok(Value::Poison);
@@ -72,7 +72,7 @@ impl<'a> Elaborator<'a> {
         Ok(Value::List(results.into()))
     }
 
-    /// `fold(list, start, f)`: `f(f(start, first), second)` and so on.
+    /// Evaluates `fold(list, start, f)`: `f(f(start, first), second)` and so on.
     pub(crate) fn fold(&mut self, bound: BoundArgs<'a>) -> EvalResult<'a> {
         let Some(list) = self.argument_elements(&bound, 0) else {
             return Ok(Value::Poison);
@@ -88,7 +88,7 @@ impl<'a> Elaborator<'a> {
         Ok(result)
     }
 
-    /// `sum(list)`
+    /// Evaluates `sum(list)`; the sum of an empty list is 0.
     pub(crate) fn sum(&mut self, bound: BoundArgs<'a>) -> EvalResult<'a> {
         let Some(list) = self.argument_elements(&bound, 0) else {
             return Ok(Value::Poison);
@@ -102,7 +102,7 @@ impl<'a> Elaborator<'a> {
         Ok(result)
     }
 
-    /// `at(list, index)`, counted from zero.
+    /// Evaluates `at(list, index)`, counted from zero.
     pub(crate) fn element_at(&mut self, bound: BoundArgs<'a>) -> EvalResult<'a> {
         let Some(list) = self.argument_elements(&bound, 0) else {
             return Ok(Value::Poison);
@@ -128,7 +128,7 @@ impl<'a> Elaborator<'a> {
         }
     }
 
-    /// `reverse(list)`
+    /// Evaluates `reverse(list)`: the elements in reverse order.
     pub(crate) fn reverse(&mut self, bound: BoundArgs<'a>) -> EvalResult<'a> {
         let Some(list) = self.argument_elements(&bound, 0) else {
             return Ok(Value::Poison);
@@ -136,7 +136,7 @@ impl<'a> Elaborator<'a> {
         Ok(Value::List(list.iter().rev().cloned().collect()))
     }
 
-    /// `concat(a, b, ..)`
+    /// Evaluates `concat(a, b, ..)`: one list of at most `MAX_LOOP` elements.
     pub(crate) fn concat(&mut self, call: Invocation<'a>) -> EvalResult<'a> {
         if self.has_wrong_arg_count(&call, 1..=usize::MAX) {
             return Ok(Value::Poison);
@@ -156,7 +156,7 @@ impl<'a> Elaborator<'a> {
         Ok(Value::List(elements.into()))
     }
 
-    /// `list(..)`: its arguments as a list, of any type.
+    /// Evaluates `list(..)`: its arguments as a list, of any type.
     pub(crate) fn as_list(&mut self, call: Invocation<'a>) -> EvalResult<'a> {
         if self.has_wrong_arg_count(&call, 0..=usize::MAX) {
             return Ok(Value::Poison);
@@ -178,7 +178,7 @@ impl<'a> Elaborator<'a> {
         Ok(Value::List(values))
     }
 
-    /// `random(i, seed)`: a number from 0 to 1 that is a function of the two arguments.
+    /// Evaluates `random(i, seed)`: a number from 0 to 1 that is a function of the two arguments.
     pub(crate) fn random(&mut self, bound: BoundArgs<'a>) -> EvalResult<'a> {
         let mut hash: u64 = 0x9e37_79b9_7f4a_7c15;
         for index in 0..2 {
@@ -199,7 +199,7 @@ impl<'a> Elaborator<'a> {
         )))
     }
 
-    /// `print(..)`
+    /// Evaluates `print(..)`, which keeps at most `MAX_PRINTED` lines. `x.print()` evaluates to `x`.
     pub(crate) fn print(&mut self, call: Invocation<'a>) -> EvalResult<'a> {
         let values = call.args.iter().map(|arg| &arg.value);
         match self.printed.len() {
@@ -217,13 +217,13 @@ impl<'a> Elaborator<'a> {
         })
     }
 
-    /// `str(..)`: values as text.
+    /// Evaluates `str(..)`: values as text, without separators.
     pub(crate) fn text(&mut self, call: Invocation<'a>) -> EvalResult<'a> {
         let values = call.args.iter().map(|arg| &arg.value);
         Ok(Value::Text(self.display(values, "").as_str().into()))
     }
 
-    /// `assert(condition, message)`: checked now, and after each change of a parameter.
+    /// Evaluates `assert(condition, message)`, which is checked now, and after each change of a parameter.
     pub(crate) fn assertion(&mut self, call: Invocation<'a>) -> EvalResult<'a> {
         if self.has_wrong_arg_count(&call, 1..=2) {
             return Ok(Value::Poison);

@@ -75,11 +75,11 @@ pub(crate) const MATH: &[MathRow] = &[
 ];
 
 impl MathRow {
-    /// The function of this name.
+    /// Returns the row of the function of this name.
     pub(crate) fn from_name(name: &str) -> Option<&'static MathRow> {
         MATH.iter().find(|row| row.name == name)
     }
-    /// Names of the arguments, for the reference.
+    /// Returns the names of the arguments, for the reference.
     pub(crate) fn arguments(&self) -> &'static str {
         match (self.op, self.arity) {
             (Op::Step, _) => "edge, x",
@@ -91,11 +91,11 @@ impl MathRow {
             _ => "a, b",
         }
     }
-    /// Description.
+    /// Returns the description of the operation, from its row.
     pub(crate) fn doc(&self) -> &'static str {
         self.op.row().doc.trim()
     }
-    /// Name.
+    /// Returns the name in the scene language.
     pub(crate) fn name(&self) -> &'static str {
         self.name
     }
@@ -206,7 +206,7 @@ impl<'a> Elaborator<'a> {
         true
     }
 
-    /// The components of all arguments, and their common form.
+    /// Returns the components of all arguments, and their common form; reports an argument that does not fit.
     pub(crate) fn common_form(
         &mut self,
         call: &Invocation<'a>,
@@ -251,7 +251,7 @@ impl<'a> Elaborator<'a> {
         assemble_value(form, &results)
     }
 
-    /// `min(..)` and `max(..)` of any number of values, or of a vector's components.
+    /// Evaluates `min(..)` or `max(..)` of any number of values, or of a vector's components.
     pub(crate) fn min_or_max(&mut self, op: Op, call: Invocation<'a>) -> EvalResult<'a> {
         if self.has_wrong_arg_count(&call, 1..=usize::MAX) {
             return Ok(Value::Poison);
@@ -310,7 +310,7 @@ impl<'a> Elaborator<'a> {
         })
     }
 
-    /// `pow(a, b)`. Integer powers up to 16 are products, which allow negative bases.
+    /// Evaluates `pow(a, b)`. Integer powers up to 16 are products, which allow negative bases.
     pub(crate) fn power(&mut self, call: Invocation<'a>) -> EvalResult<'a> {
         if self.has_wrong_arg_count(&call, 2..=2) {
             return Ok(Value::Poison);
@@ -362,7 +362,7 @@ impl<'a> Elaborator<'a> {
         }))
     }
 
-    /// `saturate(x)`: clamps to the range from 0 to 1.
+    /// Evaluates `saturate(x)`: clamps to the range from 0 to 1.
     pub(crate) fn saturate(&mut self, call: Invocation<'a>) -> EvalResult<'a> {
         if self.has_wrong_arg_count(&call, 1..=1) {
             return Ok(Value::Poison);
@@ -375,12 +375,12 @@ impl<'a> Elaborator<'a> {
         }))
     }
 
-    /// `radians(x)`: converts a plain number of degrees to an angle.
+    /// Evaluates `radians(x)`: converts a plain number of degrees to an angle.
     pub(crate) fn radians(&mut self, call: Invocation<'a>) -> EvalResult<'a> {
         self.convert_units(call, 1.0_f64.to_radians(), Quantity::Angle)
     }
 
-    /// `degrees(angle)`: converts an angle to a plain number of degrees.
+    /// Evaluates `degrees(angle)`: converts an angle to a plain number of degrees.
     pub(crate) fn degrees(&mut self, call: Invocation<'a>) -> EvalResult<'a> {
         self.convert_units(call, 1.0_f64.to_degrees(), Quantity::Plain)
     }
@@ -403,7 +403,7 @@ impl<'a> Elaborator<'a> {
         }))
     }
 
-    /// `fma(a, b, c)`: `a * b + c`.
+    /// Evaluates `fma(a, b, c)`: `a * b + c`.
     pub(crate) fn product_and_sum(&mut self, call: Invocation<'a>) -> EvalResult<'a> {
         if self.has_wrong_arg_count(&call, 3..=3) {
             return Ok(Value::Poison);
@@ -418,7 +418,7 @@ impl<'a> Elaborator<'a> {
         }))
     }
 
-    /// Inverse hyperbolic functions, by logarithms.
+    /// Evaluates an inverse hyperbolic function, by logarithms. `op` is the function that it inverts.
     pub(crate) fn inverse_hyperbolic(&mut self, op: Op, call: Invocation<'a>) -> EvalResult<'a> {
         if self.has_wrong_arg_count(&call, 1..=1) {
             return Ok(Value::Poison);
@@ -456,7 +456,7 @@ impl<'a> Elaborator<'a> {
         }))
     }
 
-    /// Span of an argument, or of the call if it is absent.
+    /// Returns the span of an argument, or of the call if it is absent.
     pub(crate) fn arg_span(call: &Invocation<'a>, index: usize) -> Span {
         call.args.get(index).map_or(call.span, |arg| arg.span)
     }

@@ -40,7 +40,8 @@ struct FunctionCall {
 }
 
 impl<'a> Elaborator<'a> {
-    /// `normalized(shape, reach)` and `distance(shape, reach)`
+    /// Evaluates `normalized(shape, reach)` or `distance(shape, reach)`: the shape with an approximate distance as
+    /// its value.
     pub(crate) fn normalized(&mut self, bound: BoundArgs<'a>) -> EvalResult<'a> {
         let reach = bound.is_given(1).then(|| bound.number(1));
         if let Some(reach) = reach
@@ -209,7 +210,7 @@ impl<'a> Elaborator<'a> {
         Ok(self.add(kind, is_2d, call.span))
     }
 
-    /// Distance limits of a field that is solid within a box: inside, at most half of the diagonal.
+    /// Returns the distance limits of a field that is solid within a box: inside, at most half of the diagonal.
     fn distance_limits(&mut self, solid: &Bounds, call: &FunctionCall) -> DistanceLimits {
         let reach = call.reach.map(Symbolic);
         let max_depth = solid.half_diagonal();
@@ -256,7 +257,7 @@ impl<'a> Elaborator<'a> {
         })
     }
 
-    /// The common material of a shape and its children, if there is one; several are an error.
+    /// Returns the common material of a shape and its children, if there is one; several are an error.
     fn single_material(
         &self,
         id: ShapeId,
@@ -289,7 +290,7 @@ impl<'a> Elaborator<'a> {
     }
 }
 
-/// Diagnostic for a field that cannot be differentiated.
+/// Describes a field that cannot be differentiated.
 fn unsupported_diagnostic(message: &'static str, span: Span) -> Box<Diagnostic> {
     Box::new(Diagnostic::error(codes::E0405, span, message))
 }

@@ -17,9 +17,8 @@ use sdfc_vm::real::lit;
 use sdfc_vm::table::Op;
 
 impl<'a> Elaborator<'a> {
-    /// `mirror(shape, axes)`: shows the half on the positive side of a plane on both sides. Along
-    /// axes, this is a fold of coordinates; for any other plane, the shape is reflected into a
-    /// frame and back.
+    /// Evaluates `mirror(shape, axes)`: shows the half on the positive side of a plane on both sides. Along axes,
+    /// this is a fold of coordinates; for any other plane, the shape is reflected into a frame and back.
     pub(crate) fn mirror(&mut self, bound: BoundArgs<'a>) -> EvalResult<'a> {
         let (child, span) = (bound.shape(0), bound.span);
         let axes = bound.vector(1);
@@ -115,7 +114,7 @@ impl<'a> Elaborator<'a> {
         )
     }
 
-    /// `repeat(shape, spacing, count)`
+    /// Evaluates `repeat(shape, spacing, count)`: copies on a grid, which is infinite without a count.
     pub(crate) fn repeat(&mut self, bound: BoundArgs<'a>) -> EvalResult<'a> {
         let (child, span) = (bound.shape(0), bound.span);
         if self.is_nothing(child) {
@@ -226,7 +225,8 @@ impl<'a> Elaborator<'a> {
         })
     }
 
-    /// `polar(shape, n, phase)`: copies about the up axis, or in the plane for a 2-D shape, turned by `phase`.
+    /// Evaluates `polar(shape, n, phase)`: copies about the up axis, or in the plane for a 2-D shape, turned by
+    /// `phase`.
     pub(crate) fn polar(&mut self, bound: BoundArgs<'a>) -> EvalResult<'a> {
         let (child, span) = (bound.shape(0), bound.span);
         if self.is_nothing(child) {
@@ -311,7 +311,7 @@ impl<'a> Elaborator<'a> {
         }
     }
 
-    /// Boxes of the pieces of a shape, at all sampled values of the parameters. Pieces that are
+    /// Returns the boxes of the pieces of a shape, at all sampled values of the parameters. Pieces that are
     /// rotationally symmetric about the axis are left out, since they are equal in every sector.
     fn sampled_piece_bounds(&mut self, child: ShapeId) -> Vec<Bounds> {
         if self.is_constant_shape(child) {
@@ -321,8 +321,8 @@ impl<'a> Elaborator<'a> {
         samples.into_iter().map(|sample| sample.bounds).collect()
     }
 
-    /// Boxes of the operands of a union, without operands that are rotationally symmetric about the
-    /// axis. `on_axis` tells if the shape's own axis is still the axis of the copies.
+    /// Returns the boxes of the operands of a union, without operands that are rotationally symmetric about the
+    /// axis. `on_axis` is true if the shape's own axis is still the axis of the copies.
     fn union_piece_bounds(&mut self, id: ShapeId, on_axis: bool) -> Vec<Bounds> {
         const MAX_PIECES: usize = 256;
         // For unions of many more shapes, collecting the pieces would be wasted work.
@@ -364,8 +364,8 @@ impl<'a> Elaborator<'a> {
     }
 }
 
-/// Maximum angle, seen from the axis, between a direction and the points of a box; π if the axis
-/// intersects the box.
+/// Returns the maximum angle in radians, seen from the axis, between a direction and the points of a box. It is π
+/// if the axis intersects the box.
 fn max_angle_from(piece: &Bounds, lateral_axis: usize, direction: f64) -> f64 {
     let (low, high) = (
         [piece.min[0], piece.min[lateral_axis]],

@@ -12,7 +12,7 @@ use sdfc_vm::real::lit;
 use sdfc_vm::table::Op;
 
 impl<'a> Elaborator<'a> {
-    /// `elongate(shape, by)`
+    /// Evaluates `elongate(shape, by)`: a shape that is cut in the middle and stretched along the axes.
     pub(crate) fn elongate(&mut self, bound: BoundArgs<'a>) -> EvalResult<'a> {
         let (child, span) = (bound.shape(0), bound.span);
         if self.is_nothing(child) {
@@ -37,7 +37,7 @@ impl<'a> Elaborator<'a> {
         Ok(Value::Shape(self.add(kind, is_2d, span)))
     }
 
-    /// `twist(shape, rate)` and `bend(shape, rate)`, about axes that depend on the up axis.
+    /// Evaluates `twist(shape, rate)` or `bend(shape, rate)`, about axes that depend on the up axis.
     pub(crate) fn twist_or_bend(&mut self, op: Op, bound: BoundArgs<'a>) -> EvalResult<'a> {
         let span = bound.span;
         let child = bound.shape(0);
@@ -58,7 +58,7 @@ impl<'a> Elaborator<'a> {
         Ok(Value::Shape(self.rotated_to_scene_up(twist_or_bend, span)))
     }
 
-    /// `revolve(shape, offset, angle)`: about the up axis.
+    /// Evaluates `revolve(shape, offset, angle)`: about the up axis.
     pub(crate) fn revolve(&mut self, bound: BoundArgs<'a>) -> EvalResult<'a> {
         let (child, span) = (bound.shape(0), bound.span);
         if self.is_nothing(child) {
@@ -122,8 +122,8 @@ impl<'a> Elaborator<'a> {
         Ok(Value::Shape(self.rotated_to_scene_up(revolved, span)))
     }
 
-    /// `section(solid, normal, at)`: the 2-D shape of a solid in a plane. For a normal along an axis, its x
-    /// and y are the other two axes in their order. For any other normal, they lie in the plane.
+    /// Evaluates `section(solid, normal, at)`: the 2-D shape of a solid in a plane. For a normal along an axis,
+    /// its x and y are the other two axes in their order. For any other normal, they lie in the plane.
     pub(crate) fn section(&mut self, bound: BoundArgs<'a>) -> EvalResult<'a> {
         let (child, span) = (bound.shape(0), bound.span);
         if self.is_nothing(child) {
@@ -162,7 +162,7 @@ impl<'a> Elaborator<'a> {
         Ok(Value::Shape(self.add(kind, true, span)))
     }
 
-    /// `slice(shape, normal, at)`: the part beyond a plane, on the side that the normal points to.
+    /// Evaluates `slice(shape, normal, at)`: the part beyond a plane, on the side that the normal points to.
     pub(crate) fn slice(&mut self, bound: BoundArgs<'a>) -> EvalResult<'a> {
         let (child, span) = (bound.shape(0), bound.span);
         if self.is_nothing(child) {

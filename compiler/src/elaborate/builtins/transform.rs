@@ -69,12 +69,12 @@ impl<'a> Elaborator<'a> {
         })
     }
 
-    /// Index of the up axis.
+    /// Returns the index of the up axis: 2 in a z-up scene, otherwise 1.
     pub(crate) fn up(&self) -> usize {
         if self.z_up { 2 } else { 1 }
     }
 
-    /// `translate(shape, by)`
+    /// Evaluates `translate(shape, by)`.
     pub(crate) fn translate(&mut self, bound: BoundArgs<'a>) -> EvalResult<'a> {
         let offset = bound.vector(1).map(Symbolic);
         let id = self.add_frame(bound.shape(0), bound.span, || {
@@ -83,7 +83,7 @@ impl<'a> Elaborator<'a> {
         Ok(Value::Shape(id))
     }
 
-    /// `scale(shape, by)`
+    /// Evaluates `scale(shape, by)`. Distances are scaled by the smallest factor, so uneven factors give a bound.
     pub(crate) fn scale(&mut self, bound: BoundArgs<'a>) -> EvalResult<'a> {
         let ids = bound.vector(1);
         let factors = ids.map(Symbolic);
@@ -156,7 +156,7 @@ impl<'a> Elaborator<'a> {
             .all(|&id| self.expressions.stage(id) <= Stage::Uniform)
     }
 
-    /// `rotate(shape, angle, axis)` or `rotate(shape, [about x, about y, about z])`
+    /// Evaluates `rotate(shape, angle, axis)` or `rotate(shape, [about x, about y, about z])`.
     pub(crate) fn rotate(&mut self, bound: BoundArgs<'a>) -> EvalResult<'a> {
         let span = bound.span_at(1);
         let child = bound.shape(0);
@@ -300,7 +300,7 @@ impl<'a> Elaborator<'a> {
         })
     }
 
-    /// `rotate_quaternion(shape, [x, y, z, w])`
+    /// Evaluates `rotate_quaternion(shape, [x, y, z, w])`, which normalizes the quaternion.
     pub(crate) fn rotate_quaternion(&mut self, bound: BoundArgs<'a>) -> EvalResult<'a> {
         let span = bound.span_at(1);
         let Some((Form::Vector(4), numbers)) = components(bound.value(1)) else {
@@ -325,7 +325,7 @@ impl<'a> Elaborator<'a> {
         Ok(Value::Shape(id))
     }
 
-    /// `reflect(shape, normal, at)`: the mirror image.
+    /// Evaluates `reflect(shape, normal, at)`: the mirror image.
     pub(crate) fn reflect(&mut self, bound: BoundArgs<'a>) -> EvalResult<'a> {
         let (normal, offset) = (bound.vector(1).map(Symbolic), Symbolic(bound.number(2)));
         let id = self.add_frame(bound.shape(0), bound.span, || {
@@ -334,7 +334,7 @@ impl<'a> Elaborator<'a> {
         Ok(Value::Shape(id))
     }
 
-    /// `shear(shape, xy, xz, yz)`
+    /// Evaluates `shear(shape, xy, xz, yz)`. Distances are divided by a bound of the matrix's norm.
     pub(crate) fn shear(&mut self, bound: BoundArgs<'a>) -> EvalResult<'a> {
         let [xy, xz, yz] = [1, 2, 3].map(|index| Symbolic(bound.number(index)));
         let id = self.add_frame(bound.shape(0), bound.span, || {
@@ -351,13 +351,13 @@ impl<'a> Elaborator<'a> {
     }
 }
 
-/// Map from z-up space to the space of a body along y.
+/// Returns the map from z-up space to the space of a body along y.
 fn scene_up_to_y_up() -> Affine<Symbolic> {
     let (o, i) = (lit(0.0), lit(1.0));
     [i, o, o, o, o, o, i, o, o, -i, o, o]
 }
 
-/// Inverse of the rotation about a coordinate axis, from its cosine and sine.
+/// Returns the inverse of the rotation about a coordinate axis, from its cosine and sine.
 fn inverse_axis_rotation(axis: usize, c: Symbolic, s: Symbolic) -> Affine<Symbolic> {
     let (o, i) = (lit(0.0), lit(1.0));
     match axis {
@@ -367,7 +367,7 @@ fn inverse_axis_rotation(axis: usize, c: Symbolic, s: Symbolic) -> Affine<Symbol
     }
 }
 
-/// Sine and cosine, exact for quarter turns.
+/// Returns the sine and cosine of an angle in radians, exact for quarter turns.
 fn exact_sine_cosine(angle: f64) -> (f64, f64) {
     let quarters = angle / std::f64::consts::FRAC_PI_2;
     if (quarters - quarters.round()).abs() > 1e-12 || quarters.abs() > 1e9 {

@@ -49,7 +49,7 @@ impl<'a> Elaborator<'a> {
         )
     }
 
-    /// `dot(a, b)`
+    /// Evaluates `dot(a, b)`: the sum of the products of components.
     pub(crate) fn dot(&mut self, call: Invocation<'a>) -> EvalResult<'a> {
         let Some((form, args)) = self.vector_args(&call, 2) else {
             return Ok(Value::Poison);
@@ -66,7 +66,7 @@ impl<'a> Elaborator<'a> {
         ScalarValue::new(self.op(Op::Sqrt, &[square.id]), v[0].quantity)
     }
 
-    /// `length(v)`
+    /// Evaluates `length(v)`: the Euclidean norm.
     pub(crate) fn length(&mut self, call: Invocation<'a>) -> EvalResult<'a> {
         let Some((form, args)) = self.vector_args(&call, 1) else {
             return Ok(Value::Poison);
@@ -74,7 +74,7 @@ impl<'a> Elaborator<'a> {
         Ok(Value::Number(self.norm(form.len(), &args[0])))
     }
 
-    /// `distance(a, b)`
+    /// Evaluates `distance(a, b)`: the length of the difference.
     pub(crate) fn distance(&mut self, call: Invocation<'a>) -> EvalResult<'a> {
         let Some((form, args)) = self.vector_args(&call, 2) else {
             return Ok(Value::Poison);
@@ -86,7 +86,7 @@ impl<'a> Elaborator<'a> {
         Ok(Value::Number(self.norm(form.len(), &difference)))
     }
 
-    /// `normalize(v)`
+    /// Evaluates `normalize(v)`: the unit vector; a constant zero vector is an error.
     pub(crate) fn normalize(&mut self, call: Invocation<'a>) -> EvalResult<'a> {
         let Some((form, args)) = self.vector_args(&call, 1) else {
             return Ok(Value::Poison);
@@ -104,7 +104,7 @@ impl<'a> Elaborator<'a> {
         Ok(assemble_value(form, &unit))
     }
 
-    /// `cross(a, b)`
+    /// Evaluates `cross(a, b)` of two vec3.
     pub(crate) fn cross(&mut self, call: Invocation<'a>) -> EvalResult<'a> {
         let Some((form, args)) = self.vector_args(&call, 2) else {
             return Ok(Value::Poison);
@@ -124,8 +124,7 @@ impl<'a> Elaborator<'a> {
         Ok(Value::Vector(Vector::from_array(parts)))
     }
 
-    /// `vec2(..)`, `vec3(..)`, `vec4(..)`: from numbers and vectors, or one number for all
-    /// components.
+    /// Evaluates `vec2(..)`, `vec3(..)` or `vec4(..)`: from numbers and vectors, or one number for all components.
     pub(crate) fn vector(&mut self, len: usize, call: Invocation<'a>) -> EvalResult<'a> {
         if self.has_wrong_arg_count(&call, 1..=len) {
             return Ok(Value::Poison);
@@ -155,7 +154,7 @@ impl<'a> Elaborator<'a> {
         Ok(Vector::from_slice(&numbers).map_or(Value::Poison, Value::Vector))
     }
 
-    /// `reflect(v, n)` of vectors: `v - 2 * dot(v, n) * n`.
+    /// Evaluates `reflect(v, n)` of vectors: `v - 2 * dot(v, n) * n`.
     pub(crate) fn reflect_vector(&mut self, call: Invocation<'a>) -> EvalResult<'a> {
         let Some((form, args)) = self.vector_args(&call, 2) else {
             return Ok(Value::Poison);
@@ -171,7 +170,7 @@ impl<'a> Elaborator<'a> {
         Ok(assemble_value(form, &result))
     }
 
-    /// `rgb(r, g, b)`: a colour from linear numbers.
+    /// Evaluates `rgb(r, g, b)`: a colour from linear numbers.
     pub(crate) fn rgb(&mut self, call: Invocation<'a>) -> EvalResult<'a> {
         match self.vector(3, call)? {
             Value::Vector(vector) => {
@@ -186,7 +185,7 @@ impl<'a> Elaborator<'a> {
         }
     }
 
-    /// `hsv(hue, saturation, value)`: an sRGB colour; the hue is an angle or a fraction of a turn.
+    /// Evaluates `hsv(hue, saturation, value)`: an sRGB colour; the hue is an angle or a fraction of a turn.
     pub(crate) fn hsv(&mut self, call: Invocation<'a>) -> EvalResult<'a> {
         if self.has_wrong_arg_count(&call, 3..=3) {
             return Ok(Value::Poison);

@@ -15,7 +15,7 @@ type SymbolicDual = Dual<Symbolic>;
 /// the origin, stay within `f32`.
 const GRADIENT_SCALE: f64 = 1e-8;
 
-/// The point, with the gradients of its coordinates.
+/// Returns the point, with the gradients of its coordinates.
 pub(super) fn point_with_gradient() -> DualVec3<Symbolic> {
     DualVec3::seed(Symbolic::point())
 }
@@ -91,7 +91,7 @@ pub(super) fn normalize(
         .unwrap_or_else(|| quotient(Dual::fixed(Symbolic(id)), limits)))
 }
 
-/// The operands of a choice: the result is one of them, up to its sign.
+/// Returns the operands of a choice: the result is one of them, up to its sign.
 fn choice_operands(step: &Expression) -> &[ExprId] {
     match step {
         Expression::Apply { op, values, .. } => match op {
@@ -103,7 +103,7 @@ fn choice_operands(step: &Expression) -> &[ExprId] {
     }
 }
 
-/// All operands of a step.
+/// Returns all operands of a step: the point's coordinates, then the values.
 fn operands(step: &Expression) -> impl Iterator<Item = ExprId> {
     let (point, values) = match step {
         Expression::Apply { point, values, .. } => (point.as_ref(), &values[..]),
