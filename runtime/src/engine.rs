@@ -42,7 +42,7 @@ impl EngineKind {
     /// All kinds.
     pub const ALL: [Self; 4] = [Self::Cpu, Self::Interp, Self::Wgsl, Self::Reference];
 
-    /// The name: `cpu`, `interp`, `wgsl` or `reference`.
+    /// Returns the name: `cpu`, `interp`, `wgsl` or `reference`.
     pub fn name(self) -> &'static str {
         match self {
             Self::Cpu => "cpu",
@@ -98,10 +98,10 @@ pub struct FieldSample {
 
 /// Renders and samples a loaded scene.
 pub trait Engine {
-    /// The kind of the engine.
+    /// Returns the kind of the engine.
     fn kind(&self) -> EngineKind;
 
-    /// Name of the device, for display.
+    /// Returns the name of the device, for display.
     fn device(&self) -> String;
 
     /// Loads a scene. On a GPU this may compile kernels, now or at the next render.
@@ -195,7 +195,7 @@ pub trait Engine {
         Ok(())
     }
 
-    /// Number of GPU pipelines compiled so far.
+    /// Returns the number of GPU pipelines compiled so far; 0 for engines on the CPU.
     fn pipelines_created(&self) -> u64 {
         0
     }

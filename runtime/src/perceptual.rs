@@ -33,8 +33,9 @@ impl PerceptualDifference {
     }
 }
 
-/// The difference of each pixel, row by row, of two images with `width` pixels in a row: red, green, blue and
-/// alpha bytes in sRGB. Alpha is ignored. Rows that one of the images lacks are not compared.
+/// Returns the difference of each pixel, from 0 to 1 and row by row, of two images with `width` pixels in a row.
+/// The images are red, green, blue and alpha bytes in sRGB. Alpha is ignored. Rows that one of the images lacks
+/// are not compared.
 pub fn pixel_differences(width: usize, reference: &[u8], image: &[u8]) -> Vec<f64> {
     let row = 4 * width.max(1);
     let height = reference.len().min(image.len()) / row;
@@ -155,8 +156,8 @@ impl Channel {
     }
 }
 
-/// A channel blurred by a sum of Gaussians. Each has a weight, and a width as defined by the contrast
-/// sensitivity function.
+/// Blurs a channel by a sum of Gaussians. Each has a weight, and a width as defined by the contrast sensitivity
+/// function.
 fn blurred(channel: &Channel, curves: &[(f64, f64)]) -> Vec<f64> {
     const MAX_WIDTH: f64 = 0.04;
     let pi = std::f64::consts::PI;
@@ -206,7 +207,7 @@ impl FeatureDetector {
         }
     }
 
-    /// The response of each pixel to a derivative, combined over both axes.
+    /// Returns the response of each pixel to a derivative, combined over both axes.
     fn strength(&self, channel: &Channel, derivative: &[f64]) -> Vec<f64> {
         let across = channel.filtered(derivative, &self.bell);
         let down = channel.filtered(&self.bell, derivative);
@@ -232,7 +233,7 @@ fn compressed(distance: f64, max_distance: f64) -> f64 {
     }
 }
 
-/// The HyAB distance of two colours of L\*a\*b\*: the sum of the lightness and the chroma distance.
+/// Returns the HyAB distance of two colours of L\*a\*b\*: the sum of the lightness and the chroma distance.
 fn hyab(a: [f64; 3], b: [f64; 3]) -> f64 {
     (a[0] - b[0]).abs() + (a[1] - b[1]).hypot(a[2] - b[2])
 }
@@ -300,7 +301,7 @@ fn to_opponent(linear: [f64; 3]) -> [f64; 3] {
     [116.0 * y - 16.0, 500.0 * (x - y), 200.0 * (y - z)]
 }
 
-/// The linear light of an opponent colour.
+/// Converts an opponent colour to linear light.
 fn from_opponent([lightness, cx, cz]: [f64; 3]) -> [f64; 3] {
     let y = (lightness + 16.0) / 116.0;
     let (x, z) = (y + cx / 500.0, y - cz / 200.0);
@@ -311,7 +312,7 @@ fn from_opponent([lightness, cx, cz]: [f64; 3]) -> [f64; 3] {
     solve(&TO_XYZ, xyz)
 }
 
-/// The vector that a matrix maps to this one, by Cramer's rule.
+/// Returns the vector that a matrix maps to this one, by Cramer's rule.
 fn solve(m: &[[f64; 3]; 3], v: [f64; 3]) -> [f64; 3] {
     let determinant = |m: &[[f64; 3]; 3]| {
         let minor = |i: usize, j: usize| m[1][i] * m[2][j] - m[1][j] * m[2][i];

@@ -22,8 +22,8 @@ use std::ops::{ControlFlow, Range};
 /// Receives the progress of a render. Any function of the completed fraction implements it and never stops
 /// the render.
 pub trait RenderProgress: Sync {
-    /// Called now and then, from any thread, with the completed fraction. Returns whether to continue. A
-    /// render that is stopped returns no image.
+    /// Receives the completed fraction, now and then and from any thread. Returns whether to continue. A render
+    /// that is stopped returns no image.
     fn report(&self, fraction: f32) -> ControlFlow<()>;
 }
 
@@ -48,7 +48,7 @@ pub enum Samples<'f> {
 }
 
 impl Samples<'_> {
-    /// The passes over subpixels, and the image that they are added to. Its colours are the sums of the
+    /// Returns the passes over subpixels, and the image that they are added to. Its colours are the sums of the
     /// passes before.
     pub(crate) fn passes(self, job: &RenderJob) -> (Range<u32>, Image) {
         let pass_count = job.pass_count();
@@ -90,7 +90,7 @@ pub enum ResolvedLens {
 }
 
 impl View {
-    /// The xy plane, seen face on: `height` of it, around `centre`.
+    /// Returns the view of the xy plane, seen face on: `height` of it, around `centre`.
     pub fn plane(centre: [f64; 2], height: f64) -> Self {
         let [x, y] = centre;
         Self {
@@ -259,7 +259,7 @@ pub struct Display {
 }
 
 impl Display {
-    /// The bytes of a colour.
+    /// Converts a colour to the bytes of a pixel, exposed, tone mapped and encoded where it shows light.
     #[inline]
     pub fn bytes(&self, [r, g, b, _]: [f32; 4]) -> [u8; 4] {
         let mut color = V3::new(r, g, b);
@@ -352,7 +352,7 @@ impl CellStats {
             ..self
         }
     }
-    /// The sum of the counts of two programs.
+    /// Adds the counts of two programs.
     pub(crate) fn sum(self, other: Self) -> Self {
         Self {
             count: self.count + other.count,
@@ -364,13 +364,13 @@ impl CellStats {
 }
 
 impl Image {
-    /// Number of pixels whose colour contains a NaN.
+    /// Returns the number of pixels whose colour contains a NaN.
     pub fn nan_pixels(&self) -> usize {
         let is_colorless = |color: &&[f32; 4]| color.iter().any(|v| v.is_nan());
         self.color.iter().filter(is_colorless).count()
     }
 
-    /// The image as red, green, blue and alpha bytes, encoded for a screen (sRGB) where it shows light.
+    /// Returns the image as red, green, blue and alpha bytes, encoded for a screen (sRGB) where it shows light.
     pub fn rgba8(&self) -> Vec<u8> {
         self.color
             .iter()
@@ -393,7 +393,7 @@ impl Stats {
             Status::Inside => self.inside += 1,
         }
     }
-    /// Number of rays.
+    /// Returns the number of rays, of all outcomes.
     pub fn rays(&self) -> u64 {
         self.hits + self.inside + self.misses + self.step_caps + self.nans
     }

@@ -190,7 +190,7 @@ pub fn field_facts(module: &Module, uniform_values: &[f64]) -> FieldFacts {
     }
 }
 
-/// The default material. It applies to everything if a module has no surface program.
+/// Returns the default material. It applies to everything if a module has no surface program.
 pub fn default_material(module: &Module, uniform_values: &[f64]) -> Surface {
     let m = module
         .settings
@@ -206,7 +206,7 @@ pub fn default_material(module: &Module, uniform_values: &[f64]) -> Surface {
     }
 }
 
-/// A finite box for bounds that may be infinite or empty; finite bounds themselves.
+/// Returns a finite box for bounds that may be infinite or empty; finite bounds themselves.
 pub(crate) fn finite_bounds(bounds: &Bounds) -> Bounds {
     FramingTarget::from_bounds(bounds).shown
 }
@@ -268,7 +268,7 @@ fn camera<'a>(
     })
 }
 
-/// The distance of a camera from its target; `None` for an automatic camera.
+/// Returns the distance of a camera from its target; `None` for an automatic camera.
 fn camera_target_distance(camera: &scene::Camera, uniform_values: &[f64]) -> Option<f64> {
     let [from, look] = [camera.from, camera.look].map(|p| p.map(|v| v.value(uniform_values)));
     let distance = DVec3::from(from).distance(look.into());

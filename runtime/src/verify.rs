@@ -80,7 +80,7 @@ impl Report {
             .all(|comparison| comparison.failures.is_empty())
     }
 
-    /// The images of two engines that were compared.
+    /// Returns the images of two engines that were compared: the reference first.
     pub fn images_of(&self, comparison: &Comparison) -> Option<[&Image; 2]> {
         let image_of = |kind| {
             let index = self
@@ -96,7 +96,7 @@ impl Report {
     }
 }
 
-/// The settings of a small image of the same view: [`DEFAULT_WIDTH`] wide, one sample per pixel.
+/// Returns the settings of a small image of the same view: [`DEFAULT_WIDTH`] wide, one sample per pixel.
 pub fn small_settings(settings: &RenderSettings) -> RenderSettings {
     let [width, height] = settings.size.map(u64::from);
     let height =
@@ -127,7 +127,7 @@ pub fn verify(
     verify_with(scene, engines, settings, Arithmetic::Default)
 }
 
-/// Like [`verify`], with the criterion of this arithmetic, which must be that of the engines.
+/// Verifies engines like [`verify`], with the criterion of this arithmetic, which must be that of the engines.
 pub fn verify_with(
     scene: &SceneInput<'_>,
     engines: &mut [Box<dyn Engine>],

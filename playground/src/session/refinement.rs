@@ -26,7 +26,7 @@ pub enum RefinementStage {
 }
 
 impl RefinementStage {
-    /// Order of the stages; finer ones are larger.
+    /// Returns the order of the stages; finer ones are larger.
     fn rank(self) -> u32 {
         match self {
             Self::Coarse(_) => 0,

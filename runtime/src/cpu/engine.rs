@@ -658,7 +658,7 @@ impl Evaluator for CpuEvaluator<'_> {
     }
 }
 
-/// The tape evaluator for surfaces, created on first use.
+/// Returns the tape evaluator for surfaces, created on first use.
 fn surface_tape_evaluator<'a>(
     slot: &'a mut Option<TapeEvaluator<Dual<f32>, SurfaceHook>>,
     tape: &Tape,
@@ -735,7 +735,7 @@ fn gradient_at(gradients: &[F32x64; 4], lane: usize) -> [f32; 3] {
     std::array::from_fn(|axis| gradients[axis].0[lane])
 }
 
-/// The components of a surface, in the order of [`SurfaceBlock`].
+/// Returns the components of a surface, in the order of [`SurfaceBlock`].
 fn surface_numbers(surface: &Surface) -> [f32; SURFACE_NUMBERS] {
     let ([r, g, b], [er, eg, eb], [x, y, z]) = (surface.albedo, surface.emission, surface.bump);
     [
@@ -762,7 +762,7 @@ pub(crate) fn cpu_device(arithmetic: &str) -> String {
     }
 }
 
-/// The instruction set that the tape evaluator selects.
+/// Returns the name of the instruction set that the tape evaluator selects.
 fn instruction_set() -> &'static str {
     #[cfg(target_arch = "x86_64")]
     {

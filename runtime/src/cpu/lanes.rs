@@ -384,7 +384,7 @@ impl<B: Lanes> Pool<B> {
     }
 }
 
-/// Mask of the lanes whose tasks have ended or belong to the other pool.
+/// Returns the mask of the lanes whose tasks have ended or belong to the other pool.
 #[inline(always)]
 fn leaving_lanes(ended: &[bool; LANES], divergent: Option<&F32x64>, is_divergent: bool) -> u64 {
     let mut leaving = *ended;

@@ -242,7 +242,7 @@ pub(super) mod tests {
         }
     }
 
-    /// Cells of a cube around the origin; all are kept.
+    /// Builds the cells of a cube around the origin; all are kept.
     pub(in crate::cpu) fn cells() -> Cells {
         let program = parse("0000 sphere [0.8]\n").expect("a program");
         let region = Aabb {
@@ -279,7 +279,7 @@ pub(super) mod tests {
         }
     }
 
-    /// Distance along a ray to a box, if the ray goes through more of it than a corner.
+    /// Returns the distance along a ray to a box, if the ray goes through more of it than a corner.
     fn entry_distance(region: &Aabb, origin: [f32; 3], direction: [f32; 3]) -> Option<f64> {
         let (mut enter, mut leave) = (0.0_f64, f64::INFINITY);
         for axis in 0..3 {

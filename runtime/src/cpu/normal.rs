@@ -256,7 +256,7 @@ pub(super) fn surface_in_lane(block: &SurfaceBlock, lane: usize) -> Surface {
     }
 }
 
-/// The unit direction of a gradient; up if the gradient has none. Mirrors the function of this name in
+/// Returns the unit direction of a gradient; up if the gradient has none. Mirrors the function of this name in
 /// `gpu/query.wgsl`.
 pub(super) fn direction(gradient: [f32; 3]) -> [f32; 3] {
     let largest = gradient.iter().fold(0.0_f32, |max, v| max.max(v.abs()));

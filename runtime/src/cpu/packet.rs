@@ -479,7 +479,8 @@ impl Marcher {
     }
 }
 
-/// Number of lanes of the chunks that hold `count` rays: loops over them become vectors without remainders.
+/// Returns the number of lanes of the chunks that hold `count` rays: loops over them become vectors without
+/// remainders.
 #[inline(always)]
 fn whole_chunks(count: usize) -> usize {
     count.div_ceil(CHUNK).min(LANES / CHUNK) * CHUNK
@@ -494,7 +495,7 @@ fn set_bits(mut bits: u64) -> impl Iterator<Item = usize> {
     })
 }
 
-/// Mask of the first `count` lanes.
+/// Returns the mask of the first `count` lanes.
 fn first_lanes(count: usize) -> u64 {
     u64::MAX.checked_shr((LANES - count) as u32).unwrap_or(0)
 }
@@ -517,7 +518,7 @@ fn next_points_body(b: &LeafRays, count: usize, points: &mut Points) {
 }
 
 multiversion! {
-    /// Mask of the lanes whose rays are under way.
+    /// Returns the mask of the lanes whose rays are under way.
     fn active_lanes(leaf_rays: &LeafRays) -> u64 = active_lanes_body;
 }
 

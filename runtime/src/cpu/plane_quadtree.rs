@@ -150,7 +150,7 @@ impl SamplingJob<'_> {
         *tracer.run(self.program, tape, LANES)
     }
 
-    /// Mask of the squares in the picture that are not filled.
+    /// Returns the mask of the squares in the picture that are not filled.
     fn unfilled(&self, ranges: &[F32x64; 2], corner: [usize; 2], side: usize) -> u64 {
         let lanes = (0..LANES).filter(|&lane| {
             self.contains_pixel(square_corner(corner, side, lane))
@@ -181,7 +181,7 @@ fn quarter_containing(lane: usize) -> usize {
     lane / SQUARES_PER_SIDE / half * 2 + lane % SQUARES_PER_SIDE / half
 }
 
-/// Mask of the squares of a quarter.
+/// Returns the mask of the squares of a quarter.
 fn quarter_mask(quarter: usize) -> u64 {
     let lanes = (0..LANES).filter(|&lane| quarter_containing(lane) == quarter);
     lanes.fold(0, |bits, lane| bits | 1 << lane)

@@ -15,8 +15,8 @@ pub fn open_auto() -> Box<dyn Engine> {
     open_auto_with(Arithmetic::Default)
 }
 
-/// Like [`open_auto`], with strict or default arithmetic. Hardware that cannot be strict is skipped; the CPU
-/// always is strict.
+/// Opens an engine like [`open_auto`], with strict or default arithmetic. Hardware that cannot be strict is
+/// skipped; the CPU always is strict.
 pub fn open_auto_with(arithmetic: Arithmetic) -> Box<dyn Engine> {
     match Gpu::open_with(AdapterPreference::Hardware, arithmetic) {
         Ok(gpu) => with_fallback(open_on(EngineKind::Interp, gpu)),

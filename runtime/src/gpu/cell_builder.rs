@@ -42,7 +42,7 @@ const MAX_DISPATCHES: usize = 48;
 /// Maximum number of cached kernels.
 const MAX_KERNELS: usize = 16;
 
-/// Index of a counter in the scratch header.
+/// Returns the index of a counter in the scratch header.
 fn counter_index(name: &str) -> usize {
     COUNTERS
         .iter()
@@ -136,7 +136,7 @@ pub(super) fn is_supported(device: &DeviceInfo, registers: KernelRegisters) -> b
         && split_cells::fits(registers)
 }
 
-/// Maximum size of a buffer, in bytes.
+/// Returns the maximum size of a buffer, in bytes.
 fn max_buffer_bytes(device: &DeviceInfo) -> u64 {
     device.limits.storage_binding.min(device.limits.buffer)
 }
@@ -379,7 +379,7 @@ impl GpuCellBuilder {
     }
 }
 
-/// The bindings of the kernel for a key; without a key, of the one that plans dispatches.
+/// Returns the bindings of the kernel for a key; without a key, of the one that plans dispatches.
 fn bindings(key: Option<&SplitKernelKey>) -> Vec<BufferBinding> {
     let binding = |access| move |slot| BufferBinding { slot, access };
     let write = binding(BindingAccess::StorageReadWrite);
@@ -398,7 +398,7 @@ fn bindings(key: Option<&SplitKernelKey>) -> Vec<BufferBinding> {
     bindings
 }
 
-/// Number of clauses that a tape occupies in the choices, which take whole words.
+/// Returns the number of clauses that a tape occupies in the choices, which take whole words.
 fn padded_clauses(length: u32) -> u64 {
     u64::from(length).next_multiple_of(16)
 }

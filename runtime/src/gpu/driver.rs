@@ -82,8 +82,8 @@ impl Gpu {
         Self::open_with(preference, Arithmetic::Default)
     }
 
-    /// Like [`Gpu::open`], with strict or default arithmetic. An adapter that rounds differently cannot be
-    /// strict and is skipped; if there is no other, the error is [`GpuError::Inexact`].
+    /// Opens a device like [`Gpu::open`], with strict or default arithmetic. An adapter that rounds differently
+    /// cannot be strict and is skipped; if there is no other, the error is [`GpuError::Inexact`].
     pub fn open_with(
         preference: AdapterPreference,
         arithmetic: Arithmetic,
@@ -178,17 +178,17 @@ impl Gpu {
         Ok(gpu)
     }
 
-    /// The adapter of this device.
+    /// Returns the adapter of this device.
     pub fn info(&self) -> &DeviceInfo {
         &self.info
     }
 
-    /// The rules for float arithmetic in kernels, with the form of strict arithmetic in use.
+    /// Returns the rules for float arithmetic in kernels, with the form of strict arithmetic in use.
     pub fn arithmetic(&self) -> Arithmetic {
         self.arithmetic
     }
 
-    /// Number of pipelines compiled so far.
+    /// Returns the number of pipelines compiled so far.
     pub fn pipelines_created(&self) -> u64 {
         self.pipelines.load(Ordering::Relaxed)
     }
@@ -199,7 +199,7 @@ impl Gpu {
         self.destroyer()();
     }
 
-    /// A function that destroys the device from any thread, also while the device is working.
+    /// Returns a function that destroys the device from any thread, also while the device is working.
     pub fn destroyer(&self) -> impl Fn() + Send + Sync + use<> {
         let (device, error_tracker) = (self.device.clone(), Arc::clone(&self.error_tracker));
         move || {

@@ -475,7 +475,7 @@ impl Interpreter {
         })
     }
 
-    /// Layout of the constants in the pool buffer.
+    /// Returns the layout of the constants in the pool buffer.
     fn constant_layout(&self) -> ConstantLayout {
         constant_layout(&self.distance, self.surface.as_ref())
     }
@@ -530,8 +530,8 @@ impl Interpreter {
         policy::uses_cells(job, program, tape) && self.registers().is_some()
     }
 
-    /// The registers of kernels for these programs' tapes, including those of the current kernels if that is
-    /// possible.
+    /// Returns the registers of kernels for these programs' tapes, including those of the current kernels if that
+    /// is possible. `None` if no kernel has as many.
     fn registers(&self) -> Option<KernelRegisters> {
         if self.is_generic() {
             return Some(GENERIC_REGISTERS);
@@ -553,7 +553,7 @@ impl Interpreter {
             .find(|registers| registers.fits_words(code))
     }
 
-    /// Metadata of all instructions, needed by a device to prune tapes.
+    /// Returns metadata of all instructions, which a device requires to prune tapes.
     fn instruction_info(&self) -> Vec<[u32; 4]> {
         let tapes = self.tapes.iter().flatten().flatten();
         let pairs = self.programs.iter().flatten().zip(tapes);
@@ -672,18 +672,18 @@ fn is_large_enough(memory: ProgramStorage, code: usize, pool: usize) -> bool {
     }
 }
 
-/// The tapes of both programs.
+/// Compiles the tapes of both programs.
 fn tapes(programs: &[Option<Arc<Program>>; 2]) -> [Option<Arc<Tape>>; 2] {
     let tape = |program: &Option<Arc<Program>>| program.as_deref().map(Tape::new).map(Arc::new);
     programs.each_ref().map(tape)
 }
 
-/// The programs that exist.
+/// Returns the programs that exist.
 fn existing(programs: &[Option<Arc<Program>>; 2]) -> impl Iterator<Item = &Program> {
     programs.iter().flatten().map(|program| &**program)
 }
 
-/// The layout with room for the constants of both programs' instructions.
+/// Returns the layout with room for the constants of both programs' instructions.
 fn constant_layout(
     distance: &KernelRequirements,
     surface: Option<&KernelRequirements>,

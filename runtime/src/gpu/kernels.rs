@@ -176,7 +176,7 @@ impl Kernels {
 }
 
 impl KernelEntry {
-    /// The image buffers that it uses.
+    /// Returns the image buffers that the kernel uses.
     pub(super) fn slots(&self) -> &[BufferSlot] {
         &self.slots
     }

@@ -144,7 +144,7 @@ fn query_kernel<S: GpuScene>(
     Ok(id?)
 }
 
-/// The complete module of the kernel that evaluates one function.
+/// Writes the complete module of the kernel that evaluates one function.
 fn kernel_text(scene: &SceneWgsl, function: SceneFunction) -> String {
     let (define, structs) = match function {
         SceneFunction::Distance => ("distance", ""),

@@ -54,7 +54,7 @@ impl StagePlan {
     }
 }
 
-/// Maximum number of evaluations of the scene that nearly all invocations of a stage need.
+/// Returns the maximum number of evaluations of the scene that nearly all invocations of a stage need.
 fn typical_evaluations(stage: RenderStage, features: &Features) -> u32 {
     match stage {
         RenderStage::Normal => normals::taps(features.normals).len().max(1) as u32,
@@ -63,7 +63,7 @@ fn typical_evaluations(stage: RenderStage, features: &Features) -> u32 {
     }
 }
 
-/// Cost of a function, in evaluations of the distance.
+/// Returns the cost of a function, in evaluations of the distance.
 fn weight(function: SceneFunction) -> u32 {
     match function {
         SceneFunction::Distance => 1,
@@ -129,7 +129,7 @@ impl<S: GpuScene> SceneRunner<S> {
         Ok(plan)
     }
 
-    /// Maximum number of pixels of a tile whose buffers fit the device.
+    /// Returns the maximum number of pixels of a tile whose buffers fit the device.
     fn largest_tile(&self, job: &RenderJob) -> u64 {
         let limits = self.gpu.info().limits;
         let lights = job.lights.len() as u64;
@@ -398,8 +398,8 @@ impl<S: GpuScene> SceneRunner<S> {
         Ok(())
     }
 
-    /// Number of evaluations of the scene in a pass, for the pixels of the inner tile. Neighbours shared by
-    /// two tiles count once, so the sum does not depend on the tiles.
+    /// Returns the number of evaluations of the scene in a pass, for the pixels of the inner tile. Neighbours
+    /// shared by two tiles count once, so the sum does not depend on the tiles.
     fn evaluations(
         &self,
         plan: &StagePlan,
@@ -467,7 +467,7 @@ impl<S: GpuScene> SceneRunner<S> {
         Ok(self.gpu.write(&buffer, std::slice::from_ref(uniforms))?)
     }
 
-    /// The kernel bound to the buffers of the image and the scene.
+    /// Returns the kernel bound to the buffers of the image and the scene.
     fn bound_kernel(&mut self, kernel: KernelId) -> Result<BoundKernel, EngineError> {
         let scene = self.scene.as_ref().ok_or(EngineError::NothingLoaded)?;
         let buffers = &self.buffers;
@@ -485,7 +485,7 @@ impl<S: GpuScene> SceneRunner<S> {
     }
 }
 
-/// The uniforms of a pass over a tile.
+/// Returns the uniforms of a pass over a tile.
 fn tile_uniforms(job: &RenderJob, sample: u32, tile: TileRect) -> layout::FrameUniforms {
     let lights = job.lights.len() as u64;
     layout::FrameUniforms {
@@ -500,7 +500,7 @@ fn pixel_coordinates(index: usize, width: usize) -> [f32; 2] {
     [(index % width) as f32, (index / width) as f32]
 }
 
-/// The pixels of the inner tile: their indices in the tile and in the whole image.
+/// Returns the pixels of the inner tile: their indices in the tile and in the whole image.
 fn pixel_indices(
     tile: TileRect,
     inner_tile: TileRect,
@@ -513,7 +513,7 @@ fn pixel_indices(
         .flat_map(move |y| (0..columns).map(move |x| (y * row + x, (upper + y) * width + left + x)))
 }
 
-/// The indices, among a tile's blocks of 8 × 8 pixels, of those that contain pixels of the inner tile.
+/// Returns the indices, among a tile's blocks of 8 × 8 pixels, of those that contain pixels of the inner tile.
 fn beam_block_indices(tile: TileRect, inner_tile: TileRect) -> impl Iterator<Item = usize> {
     let row = tile.size[0].div_ceil(8) as usize;
     let [columns, rows] = inner_tile.size.map(|n| n.div_ceil(8) as usize);

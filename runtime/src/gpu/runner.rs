@@ -80,7 +80,7 @@ impl<S: GpuScene> SceneRunner<S> {
         self.scene.take().map(|scene| scene.gpu_scene)
     }
 
-    /// The render job for these settings.
+    /// Returns the render job for these settings.
     pub(super) fn job(&self, settings: &RenderSettings) -> Result<RenderJob, EngineError> {
         let scene = self.scene.as_ref().ok_or(EngineError::NothingLoaded)?;
         let mut job = prepare(settings, &scene.facts);
@@ -123,12 +123,12 @@ impl<S: GpuScene> SceneRunner<S> {
         })
     }
 
-    /// Maximum number of evaluations of the distance in one invocation.
+    /// Returns the maximum number of evaluations of the distance in one invocation, at least 1.
     pub(super) fn max_evaluations(&self, scene: &S) -> u32 {
         (self.max_iterations() / (scene.iterations(SceneFunction::Distance) + 1)).max(1) as u32
     }
 
-    /// Maximum number of iterations of all loops of an invocation.
+    /// Returns the maximum number of iterations of all loops of an invocation.
     fn max_iterations(&self) -> usize {
         match self.gpu.info().kind {
             DeviceKind::Software => MAX_ITERATIONS_SOFTWARE,

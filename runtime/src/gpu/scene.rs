@@ -49,23 +49,24 @@ pub(super) trait GpuScene: Sized {
     fn prepare(&mut self, _gpu: &Gpu, _picture: Option<&RenderJob>) -> Result<bool, EngineError> {
         Ok(false)
     }
-    /// A number that changes whenever [`GpuScene::source`] or the bindings change.
+    /// Returns a number that changes whenever [`GpuScene::source`] or the bindings change.
     fn variant(&self) -> u32 {
         0
     }
-    /// WGSL of these functions and of all they need.
+    /// Returns the WGSL of these functions and of all they need.
     fn source(&self, functions: &[SceneFunction]) -> SceneWgsl;
-    /// The buffers declared by [`GpuScene::source`].
+    /// Returns the buffers declared by [`GpuScene::source`].
     fn buffers(&self) -> &[(BufferBinding, Buffer)];
     /// Counts of the cells split for the last image.
     fn cells(&mut self, _gpu: &Gpu) -> Result<CellStats, EngineError> {
         Ok(CellStats::default())
     }
-    /// Number of loop iterations of one evaluation.
+    /// Returns the number of loop iterations of one evaluation.
     fn iterations(&self, function: SceneFunction) -> usize;
 }
 
-/// WGSL of `unpainted_surface` for kernels whose functions can call it: the material in the frame uniforms.
+/// Returns the WGSL of `unpainted_surface` for kernels whose functions can call it: the material in the frame
+/// uniforms.
 pub(super) fn default_material_wgsl(functions: &[SceneFunction]) -> &'static str {
     if functions.contains(&SceneFunction::Surface) {
         DEFAULT_MATERIAL_WGSL

@@ -19,7 +19,7 @@ impl TileRect {
         u64::from(self.size[0]) * u64::from(self.size[1])
     }
 
-    /// The tile with one more pixel to the right and below, within the image.
+    /// Returns the tile with one more pixel to the right and below, within the image.
     pub(super) fn with_neighbours(&self, image_size: [u32; 2]) -> Self {
         let size = [0, 1].map(|i| (self.size[i] + 1).min(image_size[i] - self.corner[i]));
         Self {

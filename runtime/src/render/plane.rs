@@ -33,7 +33,7 @@ impl PixelPlane {
     }
 }
 
-/// The plane that the settings show face on, if any.
+/// Returns the plane that the settings show face on, if any.
 pub(crate) fn plane_of(settings: &RenderSettings) -> Option<PixelPlane> {
     let no_facts = FieldFacts {
         is_raw: false,

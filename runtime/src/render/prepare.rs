@@ -30,12 +30,12 @@ pub struct RenderJob {
 }
 
 impl RenderJob {
-    /// Number of passes over subpixels.
+    /// Returns the number of passes over subpixels: one per sample of a pixel.
     pub fn pass_count(&self) -> u32 {
         self.uniforms.samples
     }
 
-    /// The uniforms of a pass over subpixels, with the position of the ray in its pixel.
+    /// Returns the uniforms of a pass over subpixels, with the position of the ray in its pixel.
     pub fn pass_uniforms(&self, sample: u32) -> layout::FrameUniforms {
         let side = f64::from(self.uniforms.samples).sqrt().round() as u32;
         let subpixel = |i: u32| (i as f32 + 0.5) / side as f32 - 0.5;
@@ -51,7 +51,7 @@ impl RenderJob {
         self.features.is_2d || self.features.mode == Mode::Distance
     }
 
-    /// An image of this size in which nothing was hit.
+    /// Returns an image of this size in which nothing was hit.
     pub fn blank_image(&self) -> Image {
         let [width, height] = self.size.map(|n| n as usize);
         let count = width * height;
@@ -90,13 +90,13 @@ pub struct Axes {
 }
 
 impl Axes {
-    /// The axes for an image with these settings.
+    /// Returns the axes for an image with these settings.
     pub fn from_settings(settings: &RenderSettings) -> Self {
         let [width, height] = settings.size.map(|n| f64::from(n.max(1)));
         Self::from_view(&settings.view, width / height)
     }
 
-    /// The axes for a view, with `aspect` = width / height.
+    /// Returns the axes for a view, with `aspect` = width / height.
     pub fn from_view(view: &View, aspect: f64) -> Self {
         let view_up = DVec3::from(view.up);
         let forward = (DVec3::from(view.look) - DVec3::from(view.from)).normalize_or(DVec3::NEG_Z);
@@ -122,7 +122,7 @@ impl Axes {
         }
     }
 
-    /// These rays, starting on the plane at this distance ahead.
+    /// Moves the starts of the rays to the plane at this distance ahead.
     fn ahead(self, distance: f64) -> Self {
         let moved = |point: [f64; 3], direction: [f64; 3]| {
             (DVec3::from(point) + DVec3::from(direction) * distance).into()
@@ -136,7 +136,7 @@ impl Axes {
     }
 }
 
-/// Half the height of the view at the start of the rays, and its growth per unit of distance.
+/// Returns half the height of the view at the start of the rays, and its growth per unit of distance.
 fn half_heights(lens: ResolvedLens) -> (f64, f64) {
     match lens {
         ResolvedLens::Perspective(fov) => (0.0, (fov.clamp(1e-6, 3.1) / 2.0).tan()),
@@ -264,8 +264,8 @@ pub fn prepare(settings: &RenderSettings, facts: &FieldFacts) -> RenderJob {
 /// Minimum ratio of distance to size from which a camera counts as far away from a scene.
 const MIN_FAR_DISTANCE_IN_SIZES: f64 = 32.0;
 
-/// The distance from the camera at which rays start. For a far camera, such as a telescope, they start on a
-/// plane near the scene. So `f32` keeps its full precision there. Otherwise they start at the camera.
+/// Returns the distance from the camera at which rays start. For a far camera, such as a telescope, they start on
+/// a plane near the scene. So `f32` keeps its full precision there. Otherwise they start at the camera.
 fn approach(settings: &RenderSettings, facts: &FieldFacts, forward: [f64; 3]) -> f64 {
     let is_face_on = settings.is_2d || settings.mode == Mode::Distance;
     if is_face_on || !facts.bounds.is_finite() {
@@ -282,13 +282,13 @@ fn approach(settings: &RenderSettings, facts: &FieldFacts, forward: [f64; 3]) ->
     }
 }
 
-/// The depth of the scene's centre.
+/// Returns the depth of the scene's centre along the view.
 fn centre_depth(settings: &RenderSettings, facts: &FieldFacts, forward: [f64; 3]) -> f64 {
     let to = DVec3::from(facts.bounds.centre()) - DVec3::from(settings.view.from);
     to.dot(forward.into())
 }
 
-/// The largest finite side of the bounds, else the largest finite coordinate, else 1.
+/// Returns the largest finite side of the bounds, else the largest finite coordinate, else 1.
 fn finite_size(facts: &FieldFacts) -> f64 {
     let [min, max] = [facts.bounds.min, facts.bounds.max];
     let largest = |lengths: &mut dyn Iterator<Item = f64>| {
@@ -300,7 +300,7 @@ fn finite_size(facts: &FieldFacts) -> f64 {
         .unwrap_or(1.0)
 }
 
-/// The nearest and farthest depth of the scene, for greys.
+/// Returns the nearest and farthest depth of the scene, for greys.
 fn depth_range(settings: &RenderSettings, facts: &FieldFacts, forward: [f64; 3]) -> [f64; 2] {
     let distance = settings.view.target_distance();
     if !facts.bounds.is_finite() {
@@ -314,7 +314,7 @@ fn depth_range(settings: &RenderSettings, facts: &FieldFacts, forward: [f64; 3])
     ]
 }
 
-/// A round number near a tenth of half the view's height: 1, 2 or 5 times a power of ten.
+/// Returns a round number near a tenth of half the view's height: 1, 2 or 5 times a power of ten.
 fn spacing(half_height: f64) -> f64 {
     let target = (half_height / 10.0).max(1e-30);
     let power = 10_f64.powf(target.log10().floor());
@@ -324,7 +324,7 @@ fn spacing(half_height: f64) -> f64 {
     digit.unwrap_or(1.0) * power
 }
 
-/// The sum of the weights of all taps.
+/// Returns the sum of the weights of all taps.
 fn occlusion_weight(kind: Occlusion) -> f32 {
     let taps = 0..kind.taps();
     match kind {
@@ -370,7 +370,7 @@ fn single(v: [f64; 3]) -> [f32; 3] {
     v.map(|x| x as f32)
 }
 
-/// The unit vector, or the y axis for a vector without a direction.
+/// Returns the unit vector, or the y axis for a vector without a direction.
 fn unit(v: [f64; 3]) -> [f32; 3] {
     single(DVec3::from(v).normalize_or(DVec3::Y).into())
 }

@@ -96,7 +96,7 @@ impl FramingTarget {
         }
     }
 
-    /// The maximum length of rays: beyond the bounds, if they are finite.
+    /// Returns the maximum length of rays: beyond the bounds, if they are finite.
     pub(super) fn far(&self, view: &View) -> f64 {
         if self.bounds.is_empty() {
             return 1.0;
@@ -114,13 +114,13 @@ impl FramingTarget {
         UNBOUNDED_FAR_DISTANCES * view.target_distance().max(self.size)
     }
 
-    /// The radius of occlusion: about the size of a crevice.
+    /// Returns the radius of occlusion in units of length: about the size of a crevice.
     pub(super) fn occlusion_reach(&self) -> f64 {
         0.15 * self.size
     }
 }
 
-/// The view of a 2-D shape, centred in the image.
+/// Returns the view of a 2-D shape, centred in the image.
 pub(super) fn plane_view(target: &FramingTarget, aspect: f64) -> View {
     let [x, y, _] = target.shown.centre();
     let side = |i: usize| target.shown.max[i] - target.shown.min[i];
@@ -171,7 +171,7 @@ pub(super) fn framed_view(view: &View, outline: &Outline, aspect: f64) -> View {
     }
 }
 
-/// The distance of a view's camera from the near side of the outline.
+/// Returns the distance of a view's camera from the near side of the outline, at least 0.
 pub(super) fn distance_to(view: &View, outline: &Outline) -> f64 {
     let back = ViewAxes::from_view(view).back;
     (back.dot(view.from.into()) - outline.support(back.into())).max(0.0)
@@ -196,7 +196,7 @@ pub(super) fn rotated_view(view: &View, turn: f64, raise: f64) -> View {
     }
 }
 
-/// The point at this distance ahead of a view's camera.
+/// Returns the point at this distance ahead of a view's camera.
 pub(super) fn point_ahead(view: &View, distance: f64) -> [f64; 3] {
     (DVec3::from(view.from) - ViewAxes::from_view(view).back * distance).into()
 }
@@ -220,7 +220,7 @@ impl ViewAxes {
     }
 }
 
-/// The unit vector; `None` for a vector without a direction.
+/// Returns the unit vector; `None` for a vector without a direction.
 fn unit(v: DVec3) -> Option<DVec3> {
     let length = v.length();
     (length > 1e-9 && length.is_finite()).then(|| v / length)

@@ -166,7 +166,7 @@ mod tests {
     use super::*;
     use crate::render::{Display, Stats, Status, Tonemap};
 
-    /// Two rays of which the first hits.
+    /// Returns an image of two rays of which the first hits.
     fn image() -> Image {
         Image {
             width: 2,

@@ -42,7 +42,7 @@ pub struct FieldDifferences {
     pub worst: Option<([f32; 3], f32, f32)>,
 }
 
-/// Points distributed over the bounds and a margin; always the same ones.
+/// Returns points distributed over the bounds and a margin; always the same ones.
 pub(super) fn points(bounds: &Bounds) -> Vec<[f32; 3]> {
     let shown = crate::settings::finite_bounds(bounds);
     let region = shown.grown(0.1 * shown.half_diagonal());
@@ -157,11 +157,11 @@ impl Neighbourhood {
             q
         }))
     }
-    /// The range of the distances of the neighbours.
+    /// Returns the range of the distances of the neighbours.
     fn distances(&self, program: &sdfc_vm::program::Program) -> f64 {
         span(self.0.iter().map(|&q| evaluate_f64(program, q)))
     }
-    /// The range of their gradients.
+    /// Returns the range of their gradients, summed over the axes.
     fn gradients(&self, program: &sdfc_vm::program::Program) -> f64 {
         let gradients = self
             .0
@@ -172,7 +172,7 @@ impl Neighbourhood {
     }
 }
 
-/// The absolute difference of two numbers; 0 if both are NaN or the same infinity.
+/// Returns the absolute difference of two numbers; 0 if both are NaN or the same infinity.
 fn abs_difference(a: f32, b: f32) -> f64 {
     if a == b || (a.is_nan() && b.is_nan()) {
         return 0.0;
@@ -185,7 +185,7 @@ fn abs_difference(a: f32, b: f32) -> f64 {
     }
 }
 
-/// The largest value minus the smallest.
+/// Returns the largest value minus the smallest.
 fn span(values: impl Iterator<Item = f64>) -> f64 {
     let ends = values.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], v| {
         [low.min(v), high.max(v)]

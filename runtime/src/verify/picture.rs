@@ -75,7 +75,7 @@ impl Edges {
     }
 }
 
-/// The pixels around a pixel, itself included.
+/// Returns the pixels around a pixel, itself included, by index.
 fn neighbours(image: &Image, x: usize, y: usize) -> impl Iterator<Item = usize> {
     let columns = x.saturating_sub(1)..(x + 2).min(image.width);
     let rows = y.saturating_sub(1)..(y + 2).min(image.height);
@@ -111,7 +111,8 @@ fn channels(bytes: &[u8], i: usize) -> impl Iterator<Item = u8> {
     bytes[4 * i..4 * i + 3].iter().copied()
 }
 
-/// The angle between two unit vectors in degrees. Exact also where the angle is too small for a cosine.
+/// Returns the angle between two unit vectors in degrees. It is exact also where the angle is too small for a
+/// cosine.
 fn degrees_between(a: [f32; 3], b: [f32; 3]) -> f64 {
     let distance = (Vec3::from(a) - Vec3::from(b)).as_dvec3().length();
     (2.0 * (distance / 2.0).min(1.0).asin()).to_degrees()
@@ -171,7 +172,7 @@ pub(super) fn compare(reference: &Image, image: &Image, edges: &Edges) -> Pictur
     differences
 }
 
-/// The distance from a number to the next larger one.
+/// Returns the distance from the magnitude of a number to the next larger one.
 fn ulp(v: f32) -> f64 {
     let v = v.abs().max(f32::MIN_POSITIVE);
     f64::from(v.next_up()) - f64::from(v)
@@ -236,9 +237,9 @@ impl fmt::Display for PictureDifferences {
 const RED: [u8; 4] = [255, 0, 0, 255];
 const AMBER: [u8; 4] = [255, 170, 0, 255];
 
-/// An image of the differences, as red, green, blue and alpha bytes. Each channel's difference times 16 is
-/// added to the reference in dark grey. Pixels where only one image hits are red, or amber at silhouettes of
-/// the reference, where rounding may decide.
+/// Draws the differences, as red, green, blue and alpha bytes. Each channel's difference times 16 is added to the
+/// reference in dark grey. Pixels where only one image hits are red, or amber at silhouettes of the reference,
+/// where rounding may decide.
 pub fn difference_image(reference: &Image, image: &Image) -> Vec<u8> {
     let (bytes, other_bytes) = (reference.rgba8(), image.rgba8());
     let pixels = reference.color.len().min(image.color.len());
@@ -263,7 +264,7 @@ mod tests {
     use super::*;
     use crate::render::{Display, Stats, Status, Tonemap};
 
-    /// An image of 8 × 8 pixels whose left half is a grey wall.
+    /// Returns an image of 8 × 8 pixels whose left half is a grey wall.
     fn wall() -> Image {
         let is_left = |i: usize| i % 8 < 4;
         let pixels = 0..64;

@@ -6,7 +6,7 @@ use crate::inspect::slopes::{SlopeClass, classify_slopes};
 use sdfc_runtime::cells::{Aabb, CellInfo};
 use std::collections::HashSet;
 
-/// Slice in the plane z = 0 with a half side of 1.5.
+/// Returns a slice in the plane z = 0 with a half side of 1.5.
 fn upright() -> Slice {
     Slice {
         point: [0.0; 3],

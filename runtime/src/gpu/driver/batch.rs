@@ -51,7 +51,7 @@ pub struct Submission {
 }
 
 impl Gpu {
-    /// An empty batch.
+    /// Returns an empty batch.
     pub fn batch(&self) -> Batch<'_> {
         Batch {
             gpu: self,
@@ -120,7 +120,7 @@ impl Batch<'_> {
     }
 }
 
-/// The workgroups that cover `extent`, with at most `max_per_axis` along each axis.
+/// Returns the workgroups that cover `extent`, with at most `max_per_axis` along each axis.
 fn workgroups(
     label: &str,
     extent: Extent,

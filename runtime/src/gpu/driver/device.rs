@@ -50,7 +50,7 @@ pub struct DeviceLimits {
 }
 
 impl DeviceKind {
-    /// The kind in one word.
+    /// Returns the kind in one word.
     pub fn name(self) -> &'static str {
         match self {
             Self::Discrete => "discrete",
@@ -74,12 +74,12 @@ impl From<wgpu::DeviceType> for DeviceKind {
     }
 }
 
-/// All adapters, hardware first. The list is empty if there is no driver; that is not an error.
+/// Returns all adapters, hardware first. The list is empty if there is no driver; that is not an error.
 pub fn devices() -> Vec<DeviceInfo> {
     adapters().into_iter().map(|(info, _)| info).collect()
 }
 
-/// The adapters, in the order of preference.
+/// Returns the adapters, in the order of preference.
 pub(super) fn adapters() -> Vec<(DeviceInfo, wgpu::Adapter)> {
     let instance = wgpu::Instance::new(wgpu::InstanceDescriptor {
         // Identical in debug and release builds: without validation layers, which a machine may lack.
@@ -123,7 +123,7 @@ impl DeviceLimits {
         }
     }
 
-    /// The limits of an adapter with these limits in their place.
+    /// Returns the limits of an adapter with these limits in their place.
     pub(super) fn apply_to(&self, adapter: wgpu::Limits) -> wgpu::Limits {
         wgpu::Limits {
             max_buffer_size: self.buffer,

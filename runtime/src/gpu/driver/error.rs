@@ -92,7 +92,7 @@ pub(super) fn within(what: impl Into<String>, need: u64, have: u64) -> Result<()
     })
 }
 
-/// The message of a caught panic.
+/// Returns the message of a caught panic.
 pub(super) fn panic_text(panic: &(dyn std::any::Any + Send)) -> String {
     let text = panic
         .downcast_ref::<String>()

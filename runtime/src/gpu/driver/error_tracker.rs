@@ -75,7 +75,7 @@ impl ErrorTracker {
         }
     }
 
-    /// The state, also after a panic elsewhere: each field is set in one step.
+    /// Returns the state, also after a panic elsewhere: each field is set in one step.
     fn state(&self) -> MutexGuard<'_, State> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }

@@ -61,7 +61,7 @@ pub struct Kernel {
 }
 
 impl Kernel {
-    /// The label it was made with.
+    /// Returns the label that the kernel was created with.
     pub fn label(&self) -> &str {
         &self.label
     }
@@ -246,7 +246,8 @@ fn parse(source: &KernelSource<'_>) -> Result<(naga::Module, ModuleInfo, [u32; 3
     Ok((module, info, workgroup_size))
 }
 
-/// The layout entry of a binding whose buffer has at least `size` bytes; without a size, wgpu checks itself.
+/// Returns the layout entry of a binding whose buffer has at least `size` bytes; without a size, wgpu checks
+/// itself.
 fn layout_entry(binding: &BufferBinding, size: Option<NonZeroU64>) -> wgpu::BindGroupLayoutEntry {
     let ty = match binding.access {
         BindingAccess::Uniform => wgpu::BufferBindingType::Uniform,

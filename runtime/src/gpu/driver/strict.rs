@@ -60,7 +60,7 @@ const ARITHMETIC: [u16; 14] = [
     148, // OpDot
 ];
 
-/// The SPIR-V of a kernel whose float arithmetic is done as written.
+/// Writes the SPIR-V of a kernel whose float arithmetic is done as written.
 pub(super) fn spirv_words(
     module: &naga::Module,
     info: &ModuleInfo,
@@ -90,7 +90,7 @@ pub(super) fn spirv_words(
     decorate(&words).ok_or_else(|| internal("the module's words make no instructions".to_owned()))
 }
 
-/// The binding numbers of the buffers in Vulkan: wgpu numbers them in the order of their slots.
+/// Returns the binding numbers of the buffers in Vulkan: wgpu numbers them in the order of their slots.
 fn binding_map(bindings: &[BufferBinding]) -> spv::BindingMap {
     let mut slots: Vec<u32> = bindings.iter().map(|binding| binding.slot).collect();
     slots.sort_unstable();
@@ -140,8 +140,8 @@ fn decorate(words: &[u32]) -> Option<Vec<u32>> {
     Some(decorated)
 }
 
-/// The minimum size of each binding's buffer in bytes; `None` for bindings that the module does not declare.
-/// A module whose buffers are not among the bindings, or have another access there, is
+/// Returns the minimum size of each binding's buffer in bytes; `None` for bindings that the module does not
+/// declare. A module whose buffers are not among the bindings, or have another access there, is
 /// [`GpuError::Validation`].
 pub(super) fn binding_sizes(
     module: &naga::Module,
@@ -251,7 +251,7 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
         (module, info)
     }
 
-    /// The instructions of a module: opcode and operands.
+    /// Splits a module into its instructions: opcode and operands.
     fn instructions(words: &[u32]) -> Vec<(u16, Vec<u32>)> {
         let (mut instructions, mut position) = (Vec::new(), HEADER_WORDS);
         while position < words.len() {

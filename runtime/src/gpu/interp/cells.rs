@@ -23,7 +23,7 @@ pub(super) struct CacheKey {
 }
 
 impl CacheKey {
-    /// The key of a render; `None` if nothing is visible.
+    /// Returns the key of a render; `None` if nothing is visible.
     pub(super) fn for_job(job: &RenderJob, on_device: bool) -> Option<Self> {
         Some(Self {
             region: CellRegion::for_job(job)?,
@@ -150,7 +150,7 @@ impl CellCache {
 }
 
 impl DeferredSplit {
-    /// The jobs for the device.
+    /// Returns the jobs for the device.
     pub(super) fn jobs(&self) -> Vec<layout::CellJob> {
         self.deferred.iter().map(|deferred| deferred.job).collect()
     }
@@ -217,8 +217,8 @@ impl CellUpload {
     }
 }
 
-/// The instructions of both programs that an edit changed. `None` if more than constants changed, or if there
-/// are no earlier cells.
+/// Returns the instructions of both programs that an edit changed. `None` if more than constants changed, or if
+/// there are no earlier cells.
 fn changed_instructions(
     programs: &[Option<Arc<Program>>; 2],
     program_cells: &[Option<ProgramCells>; 2],

@@ -37,7 +37,7 @@ const EXPRESSIONS: [&str; 16] = [
     "1 / sqrt(|a|)",
 ];
 
-/// The results in Rust.
+/// Returns the results in Rust.
 fn expected_results([a, b, c]: [f32; 3]) -> [f32; 16] {
     let sum = a + b;
     let part = sum - a;
@@ -62,7 +62,7 @@ fn expected_results([a, b, c]: [f32; 3]) -> [f32; 16] {
     ]
 }
 
-/// Numbers of both signs and of magnitudes from 2⁻²⁰ to 2²¹; always the same ones.
+/// Returns numbers of both signs and of magnitudes from 2⁻²⁰ to 2²¹; always the same ones.
 fn test_triples() -> Vec<[f32; 4]> {
     let mut state = 1_u32;
     let mut number = || {

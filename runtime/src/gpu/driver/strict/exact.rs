@@ -35,7 +35,7 @@ pub(in super::super) fn check(module: &Module, info: &ModuleInfo) -> Result<(), 
     }
 }
 
-/// The first inexact operation of a function.
+/// Describes the first inexact operation of a function; `None` if all are exact.
 fn find_inexact(module: &Module, function: &Function, info: &FunctionInfo) -> Option<String> {
     let inner = |handle: Handle<Expression>| info[handle].ty.inner_with(&module.types);
     let is_float = |handle| {

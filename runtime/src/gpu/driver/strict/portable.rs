@@ -61,7 +61,7 @@ pub(in super::super) fn with_barriers(
 /// A runtime-sized array: its buffer, and its member index if the buffer is a structure.
 type RuntimeArray = (Handle<GlobalVariable>, Option<u32>);
 
-/// The first runtime-sized array among the buffers that the entry point uses, since these are bound.
+/// Returns the first runtime-sized array among the buffers that the entry point uses, since these are bound.
 fn find_runtime_array(module: &Module, info: &ModuleInfo, entry: &str) -> Option<RuntimeArray> {
     let index = module.entry_points.iter().position(|e| e.name == entry)?;
     let uses = info.get_entry_point(index);
@@ -227,7 +227,7 @@ impl BarrierInserter<'_> {
         }
     }
 
-    /// Number of components of a float expression; `None` for other types.
+    /// Returns the number of components of a float expression; `None` for other types.
     fn float_components(&self, old: Handle<Expression>) -> Option<usize> {
         let (scalar, components) = match *self.info[old].ty.inner_with(&self.module.types) {
             TypeInner::Scalar(scalar) => (scalar, 1),

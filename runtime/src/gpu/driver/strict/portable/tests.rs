@@ -95,7 +95,7 @@ fn main(@builtin(local_invocation_index) i: u32) {
     listed.all[i % arrayLength(&listed.all)] = vec4f(way, f32(all) * shared_numbers[i]);
 }";
 
-/// Number of visible operands, constants or results, of operations that round.
+/// Counts visible operands, constants or results, of operations that round.
 fn count_visible(module: &Module, info: &ModuleInfo) -> usize {
     let functions = module.functions.iter();
     let functions = functions.map(|(handle, function)| (function, &info[handle]));
