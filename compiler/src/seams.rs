@@ -62,7 +62,7 @@ pub(crate) struct SeamSearch<'a> {
 }
 
 impl SeamSearch<'_> {
-    /// Warnings of seams in all shapes below a root.
+    /// Returns a warning for each shape below a root that shows a seam, in the order of the text.
     pub(crate) fn warnings(&mut self, root: ShapeId) -> Vec<Diagnostic> {
         let mut seams = Vec::new();
         let mut visited = HashSet::from([root]);

@@ -176,7 +176,7 @@ impl Session {
         }
     }
 
-    /// Handles an event.
+    /// Handles an event at the time `now` of the host's clock.
     pub fn handle(&mut self, event: Event, now: Duration) {
         match event {
             Event::Open(source) => self.open(source),

@@ -295,7 +295,7 @@ fn to_xyz(linear: [f64; 3]) -> [f64; 3] {
     })
 }
 
-/// Lightness, red against green, and blue against yellow: a linearized L\*a\*b\*.
+/// Converts linear light to lightness, red against green, and blue against yellow: a linearized L\*a\*b\*.
 fn to_opponent(linear: [f64; 3]) -> [f64; 3] {
     let [x, y, z] = to_xyz(linear);
     [116.0 * y - 16.0, 500.0 * (x - y), 200.0 * (y - z)]
@@ -343,7 +343,7 @@ mod tests {
         PerceptualDifference::from_pixels(&pixel_differences(WIDTH, a, b)).mean
     }
 
-    /// Stripes and a square, with this contrast around a middle grey.
+    /// Draws stripes and a square, with this contrast around a middle grey.
     fn pattern(contrast: u8) -> Vec<u8> {
         let pixels = (0..WIDTH * WIDTH).flat_map(|index| {
             let (x, y) = (index % WIDTH, index / WIDTH);

@@ -178,7 +178,7 @@ pub fn resolve(
     })
 }
 
-/// Facts about a module's field besides its values.
+/// Returns facts about a module's field besides its values.
 pub fn field_facts(module: &Module, uniform_values: &[f64]) -> FieldFacts {
     FieldFacts {
         is_raw: module.distance.has_raw_fields(),

@@ -78,7 +78,7 @@ pub enum SceneFunction {
 }
 
 impl SceneFunction {
-    /// Its name in WGSL.
+    /// Returns the function's name in WGSL.
     pub fn name(self) -> &'static str {
         match self {
             Self::Distance => "scene_distance",
@@ -249,7 +249,7 @@ impl RenderStage {
         Self::Plane,
     ];
 
-    /// Its name.
+    /// Returns the name of the stage's kernel.
     pub fn name(self) -> &'static str {
         self.source().0
     }

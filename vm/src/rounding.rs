@@ -488,7 +488,7 @@ impl Real for RunningError {
     fn exponent(self) -> Self {
         Self::unknown(self.value.exponent(), self.branch_uncertain)
     }
-    /// As for [`Self::exponent`].
+    /// Returns the mantissa with an unknown error, as for [`Self::exponent`].
     #[inline(always)]
     fn mantissa(self) -> Self {
         Self::unknown(self.value.mantissa(), self.branch_uncertain)

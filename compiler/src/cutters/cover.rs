@@ -20,7 +20,7 @@ use sdfc_vm::table::Op;
 type AxisSpan = (usize, [f64; 2]);
 
 impl CutterExtension<'_> {
-    /// Spans of a region in which another cutter contains the entire part; `level` maps to that cutter's
+    /// Returns spans of a region in which another cutter contains the entire part; `level` maps to that cutter's
     /// frame.
     pub(super) fn covered_spans(
         &mut self,

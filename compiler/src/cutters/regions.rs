@@ -207,7 +207,7 @@ impl Region {
     }
 }
 
-/// Images of regions under maps.
+/// Maps each region by each map.
 fn map_regions(regions: &[Region], maps: &[AffineRows]) -> Vec<Region> {
     let images = maps.iter().flat_map(|map| {
         regions.iter().map(move |region| Region {

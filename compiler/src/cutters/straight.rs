@@ -165,7 +165,7 @@ impl CutterExtension<'_> {
         Some(*larger_fraction.unwrap_or(&smallest))
     }
 
-    /// Cross sections at two positions along an axis, or supersets of them.
+    /// Returns the cross sections at two positions along an axis, or supersets of them.
     fn straight_sections(
         &self,
         id: ShapeId,

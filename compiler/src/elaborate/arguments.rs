@@ -155,7 +155,7 @@ pub(crate) enum ArgSlot {
     Components(usize),
 }
 
-/// Indices of the arguments that a parameter takes.
+/// Returns the indices of the arguments that a parameter takes.
 pub(crate) fn arg_indices(slot: ArgSlot, width: usize) -> std::ops::Range<usize> {
     match slot {
         ArgSlot::Default => 0..0,
@@ -191,7 +191,7 @@ pub(crate) enum ArgError {
 }
 
 impl ArgError {
-    /// Progress of the match before it failed: larger is closer to a match.
+    /// Returns the progress of the match before it failed: larger is closer to a match.
     fn match_rank(self) -> u32 {
         match self {
             ArgError::UnknownName { .. } => 0,

@@ -56,7 +56,7 @@ impl ImportedModule {
             .find(|(name, ..)| name == alias)
             .map(|(.., module)| *module)
     }
-    /// Aliases of the imports.
+    /// Returns the aliases of the imports, in the order of the text.
     pub(crate) fn import_names(&self) -> impl Iterator<Item = &str> {
         self.imports.iter().map(|(name, ..)| name.as_str())
     }

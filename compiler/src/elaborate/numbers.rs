@@ -41,7 +41,7 @@ impl Form {
     }
 }
 
-/// Components of a value; positions past the end repeat the last one.
+/// Returns the components of a value, if it is numeric; positions past the end repeat the last one.
 pub(crate) fn components(value: &Value<'_>) -> Option<(Form, [ScalarValue; 4])> {
     match value {
         Value::Number(number) => Some((Form::Scalar, [*number; 4])),

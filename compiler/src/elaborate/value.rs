@@ -147,7 +147,7 @@ impl Vector {
             len: 3,
         }
     }
-    /// Components.
+    /// Returns the components, from two to four.
     pub(crate) fn components(&self) -> &[ScalarValue] {
         &self.components[..usize::from(self.len)]
     }

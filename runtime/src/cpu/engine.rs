@@ -288,7 +288,7 @@ impl RenderField for CpuScene {
 }
 
 impl CpuScene {
-    /// Counts of the cells of the last image.
+    /// Returns the counts of the cells of the last image.
     fn cell_stats(&self, job: &RenderJob) -> CellStats {
         if job.shows_plane() || PacketCells::for_job(job, &self.tape) == PacketCells::Never {
             return CellStats::default();

@@ -495,7 +495,7 @@ fn tile_uniforms(job: &RenderJob, sample: u32, tile: TileRect) -> layout::FrameU
     }
 }
 
-/// Coordinates of the pixel with this index.
+/// Returns the column and the row of the pixel with this index.
 fn pixel_coordinates(index: usize, width: usize) -> [f32; 2] {
     [(index % width) as f32, (index / width) as f32]
 }

@@ -57,7 +57,7 @@ pub(super) trait GpuScene: Sized {
     fn source(&self, functions: &[SceneFunction]) -> SceneWgsl;
     /// Returns the buffers declared by [`GpuScene::source`].
     fn buffers(&self) -> &[(BufferBinding, Buffer)];
-    /// Counts of the cells split for the last image.
+    /// Returns the counts of the cells split for the last image.
     fn cells(&mut self, _gpu: &Gpu) -> Result<CellStats, EngineError> {
         Ok(CellStats::default())
     }

@@ -113,7 +113,7 @@ pub(super) fn compare(
 }
 
 impl BitDifferences {
-    /// Messages for all promised results that differ.
+    /// Returns messages for all promised results that differ.
     pub(super) fn failures(&self) -> Vec<String> {
         let rays = [
             (self.hits, "hit or miss"),

@@ -194,7 +194,7 @@ fn span(values: impl Iterator<Item = f64>) -> f64 {
 }
 
 impl FieldDifferences {
-    /// Messages for all differences that are not allowed.
+    /// Returns messages for all differences that are not allowed.
     pub(super) fn failures(&self) -> Vec<String> {
         let mut failures = Vec::new();
         let fraction = self.distances_of_allowed.max;

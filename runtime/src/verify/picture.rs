@@ -179,7 +179,7 @@ fn ulp(v: f32) -> f64 {
 }
 
 impl PictureDifferences {
-    /// Messages for all differences that are not allowed.
+    /// Returns messages for all differences that are not allowed.
     pub(super) fn failures(&self) -> Vec<String> {
         let mut failures = Vec::new();
         if self.hit_mismatches_inside > 0 {

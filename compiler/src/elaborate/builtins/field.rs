@@ -20,7 +20,7 @@ use sdfc_vm::table::Op;
 const MAX_OCTAVES: f64 = 16.0;
 
 impl<'a> Elaborator<'a> {
-    /// Coordinates of the point, as numbers.
+    /// Returns the coordinates of the point, as plain numbers.
     fn coordinates(&mut self) -> [ScalarValue; 3] {
         [0, 1, 2].map(|axis| ScalarValue::new(self.expressions.coordinate(axis), Quantity::Plain))
     }

@@ -9,7 +9,7 @@ use sdfc_lang::{Diagnostic, codes};
 use sdfc_vm::table::Op;
 
 impl<'a> Elaborator<'a> {
-    /// Arguments of a function of vectors.
+    /// Returns the arguments of a function of vectors; reports other values and a wrong count.
     fn vector_args(
         &mut self,
         call: &Invocation<'a>,

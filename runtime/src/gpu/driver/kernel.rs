@@ -66,7 +66,7 @@ impl Kernel {
         &self.label
     }
 
-    /// Invocations per workgroup along each axis, from the entry point's `@workgroup_size`.
+    /// Returns the invocations per workgroup along each axis, from the entry point's `@workgroup_size`.
     pub fn workgroup_size(&self) -> [u32; 3] {
         self.workgroup_size
     }
