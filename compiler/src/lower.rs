@@ -647,11 +647,11 @@ fn operand_use(op: Op, value_use: ValueUse) -> ValueUse {
 /// Materials assigned to a shape.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum MaterialSet {
-    /// None.
+    /// No material.
     None,
     /// This one, wherever there is one.
     One(MaterialId),
-    /// Several.
+    /// Several materials.
     Many,
 }
 

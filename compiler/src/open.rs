@@ -90,9 +90,9 @@ pub struct Request<'r> {
 /// Sources of a scene, diagnostics, and the result.
 #[derive(Debug)]
 pub struct OpenResult<T> {
-    /// Texts.
+    /// Texts of the scene and of its imports.
     pub sources: Sources,
-    /// Diagnostics.
+    /// Errors, warnings and notes of all stages.
     pub diagnostics: Diagnostics,
     /// Result, unless there were errors.
     pub value: Option<T>,

@@ -69,7 +69,7 @@ pub enum CommentKind {
 /// A name where it is defined or used.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub struct Ident {
-    /// Name.
+    /// Text of the name, as written.
     pub name: String,
     /// Span of the name.
     pub span: Span,
@@ -152,11 +152,11 @@ pub struct Let {
 pub struct Function {
     /// Name of the function.
     pub name: Ident,
-    /// Parameters.
+    /// Parameters, in the order of positional arguments.
     pub params: Vec<FnParam>,
     /// Result type, if written.
     pub result: Option<TypeName>,
-    /// Body.
+    /// Body, whose value is the result of a call.
     pub body: Body,
 }
 
@@ -178,7 +178,7 @@ pub struct FnParam {
 pub struct Part {
     /// Name of the output.
     pub name: Ident,
-    /// Shape.
+    /// Expression of the shape.
     pub value: Expr,
 }
 
@@ -222,7 +222,7 @@ pub struct Body {
     pub braced: bool,
     /// Statements before the value.
     pub statements: Vec<Statement>,
-    /// Value.
+    /// Value of the body, after its statements.
     pub result: Expr,
     /// Span of the body, braces included.
     pub span: Span,
@@ -297,7 +297,7 @@ pub enum ExprKind {
 pub struct Number {
     /// Value as written, not converted.
     pub value: NumberValue,
-    /// Unit.
+    /// Unit as written; [`Unit::None`] for a bare number.
     pub unit: Unit,
 }
 
@@ -459,11 +459,11 @@ pub struct Args {
 /// `-expr` or `!expr`
 #[derive(Clone, Debug, PartialEq)]
 pub struct Unary {
-    /// Operator.
+    /// `-` or `!`.
     pub op: UnaryOp,
     /// Span of the operator.
     pub op_span: Span,
-    /// Operand.
+    /// Expression after the operator.
     pub operand: Expr,
 }
 
@@ -502,7 +502,7 @@ pub struct Chain {
 /// `op operand` or `op[blend] operand` of a chain.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ChainLink {
-    /// Operator.
+    /// Operator; all operators of a chain have one precedence.
     pub op: BinaryOp,
     /// Span of the operator, without its blend.
     pub op_span: Span,
@@ -646,7 +646,7 @@ pub struct If {
 /// `if condition { body }`
 #[derive(Clone, Debug, PartialEq)]
 pub struct IfArm {
-    /// Condition.
+    /// Expression between `if` and the body.
     pub condition: Expr,
     /// Value if the condition holds.
     pub body: Body,
@@ -675,8 +675,8 @@ pub struct BlendScope {
 /// `fn(params) => body`
 #[derive(Clone, Debug, PartialEq)]
 pub struct Lambda {
-    /// Parameters.
+    /// Parameters, in the order of positional arguments.
     pub params: Vec<FnParam>,
-    /// Body.
+    /// Body, whose value is the result of a call.
     pub body: Body,
 }

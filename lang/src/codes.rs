@@ -41,7 +41,7 @@ impl fmt::Debug for DiagnosticCode {
 /// Row of the table.
 #[derive(Clone, Copy, Debug)]
 pub struct CodeRow {
-    /// Code.
+    /// Code in messages, such as `E0101`.
     pub code: DiagnosticCode,
     /// Subject, in a few words.
     pub title: &'static str,

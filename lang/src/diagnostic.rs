@@ -49,11 +49,11 @@ pub enum Severity {
 pub struct Diagnostic {
     /// Code of the table row that explains it.
     pub code: DiagnosticCode,
-    /// Severity.
+    /// Severity; an error leaves no result.
     pub severity: Severity,
     /// Primary span.
     pub span: Span,
-    /// Headline.
+    /// Headline, shown after the code.
     pub message: String,
     /// Text at `span`, which may be empty.
     pub label: String,
@@ -70,7 +70,7 @@ pub struct Diagnostic {
 /// A span with a text.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Label {
-    /// Span.
+    /// Part of the text that the label marks.
     pub span: Span,
     /// Text, which may be empty.
     pub text: String,

@@ -176,7 +176,7 @@ impl Session {
         }
     }
 
-    /// Handles an event at the time `now` of the host's clock.
+    /// Handles an event at the time `now`, measured from the same start as in all other calls.
     pub fn handle(&mut self, event: Event, now: Duration) {
         match event {
             Event::Open(source) => self.open(source),

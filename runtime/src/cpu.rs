@@ -60,7 +60,7 @@ pub trait RenderField: Sync {
 pub enum FieldQuantity {
     /// Distances and gradients.
     Distances,
-    /// Surfaces.
+    /// Materials of surfaces.
     Surfaces,
 }
 

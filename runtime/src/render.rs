@@ -209,7 +209,7 @@ pub enum CellMode {
     Auto,
     /// Never: the whole program is evaluated everywhere.
     Never,
-    /// Always.
+    /// Always, even where they make the render slower.
     Always,
     /// Always, and split on the CPU even if a device renders.
     Cpu,

@@ -6,7 +6,7 @@ use std::path::Path;
 
 /// A chart.
 pub(crate) struct LogLogChart {
-    /// Title.
+    /// Text above the chart.
     pub(crate) title: &'static str,
     /// Label of the horizontal axis.
     pub(crate) x_axis: &'static str,

@@ -17,7 +17,7 @@ pub(crate) struct DuelOptions {
     pub(crate) threads: Vec<usize>,
     /// sdfc's engines.
     pub(crate) engines: Vec<EngineKind>,
-    /// Peers.
+    /// Other renderers that are compared with sdfc.
     pub(crate) peers: Vec<Peer>,
     /// Settings of sdfc's rays.
     pub(crate) rays: RaySettings,

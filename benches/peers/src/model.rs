@@ -10,13 +10,13 @@ pub(crate) use boxes::BoxUnion;
 
 /// A model.
 pub(crate) struct Model {
-    /// Name.
+    /// Name, one of [`MODEL_NAMES`].
     pub(crate) name: String,
-    /// Source.
+    /// Form in which each renderer receives the model.
     pub(crate) source: ModelSource,
     /// Set if it is drawn as a 2-D shape.
     pub(crate) is_2d: bool,
-    /// View.
+    /// View of the cube around the model.
     pub(crate) view: CubeView,
     /// Sides of its pictures, in pixels.
     pub(crate) sizes: &'static [u32],

@@ -29,7 +29,7 @@ pub(crate) enum ExpectedKind {
     Material,
     /// A list or a range.
     List,
-    /// Anything.
+    /// A value of any kind.
     Any,
 }
 
@@ -123,7 +123,7 @@ pub(crate) fn word(expr: &Expr) -> Option<&Ident> {
 pub(crate) struct PassedArg<'a> {
     /// Name, if one was written.
     pub(crate) name: Option<&'a Ident>,
-    /// Value.
+    /// Value of the argument's expression.
     pub(crate) value: Value<'a>,
     /// Source span.
     pub(crate) span: Span,

@@ -58,7 +58,7 @@ impl BlendKind {
 /// A blend: `[0.2]`, `[chamfer, 0.3]`, `[stairs, 0.4, n: 4]`.
 #[derive(Clone, Debug)]
 pub(crate) struct BlendSpec {
-    /// Kind.
+    /// Profile of the blend.
     pub(crate) kind: BlendKind,
     /// Thickness of a smooth blend, radius of the other kinds.
     pub(crate) amount: ExprId,

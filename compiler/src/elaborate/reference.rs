@@ -8,11 +8,11 @@ use super::vocabulary::{self, BuiltinFunction};
 /// A built-in function.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct FunctionDoc {
-    /// Name.
+    /// Name in the scene language.
     pub name: &'static str,
     /// Parameters; a function with variants has one line for each.
     pub signatures: Vec<String>,
-    /// Description.
+    /// Description in a few sentences.
     pub doc: String,
 }
 

@@ -197,11 +197,11 @@ impl<'a> Env<'a> {
 pub(crate) struct Closure<'a> {
     /// Name; empty for a lambda.
     pub(crate) name: &'a str,
-    /// Parameters.
+    /// Parameters, in the order of positional arguments.
     pub(crate) params: &'a [ast::FnParam],
     /// Result type, if it is annotated.
     pub(crate) result: Option<&'a ast::TypeName>,
-    /// Body.
+    /// Body, evaluated at each call.
     pub(crate) body: &'a ast::Body,
     /// Captured environment.
     pub(crate) env: Env<'a>,
@@ -236,7 +236,7 @@ impl<'a> Deref for List<'a> {
 /// Named values, `record M4 { clearance: 4.5mm }`.
 #[derive(Debug)]
 pub(crate) struct Record<'a> {
-    /// Name.
+    /// Name after the word `record`.
     pub(crate) name: &'a str,
     /// Values, in order.
     pub(crate) fields: Vec<(&'a str, Value<'a>)>,
@@ -253,7 +253,7 @@ pub(crate) enum Value<'a> {
     Number(ScalarValue),
     /// A condition: a number that is 1 or 0.
     Bool(ExprId),
-    /// Text.
+    /// A text.
     Text(Rc<str>),
     /// Two to four numbers.
     Vector(Vector),

@@ -13,7 +13,7 @@ pub struct JsonDiagnostic {
     pub code: &'static str,
     /// `error`, `warning` or `note`.
     pub severity: Severity,
-    /// Headline.
+    /// Headline, shown after the code.
     pub message: String,
     /// Primary span with its text.
     pub primary: JsonLabel,

@@ -52,7 +52,7 @@ enum WarmUpState {
     Cold,
     /// In progress.
     WarmingUp,
-    /// Finished.
+    /// Finished: no scene waits for its kernels.
     Warm,
 }
 

@@ -19,9 +19,9 @@ pub(super) const TEXT: Color32 = Color32::from_rgb(210, 214, 222);
 pub(super) const WEAK: Color32 = Color32::from_rgb(139, 145, 157);
 /// Selected or changed items.
 pub(super) const ACCENT: Color32 = Color32::from_rgb(122, 170, 245);
-/// Errors.
+/// Messages of errors.
 pub(super) const ERROR: Color32 = Color32::from_rgb(242, 110, 112);
-/// Warnings.
+/// Messages of warnings.
 pub(super) const WARNING: Color32 = Color32::from_rgb(230, 180, 92);
 /// Help texts and notes.
 pub(super) const HELP: Color32 = Color32::from_rgb(112, 190, 160);

@@ -60,7 +60,7 @@ pub(super) enum NodeKind {
     },
     /// Child under an affine map.
     Frame {
-        /// Child.
+        /// Shape in the inner coordinates of the frame.
         child: TreeNodeId,
         /// Map from the outer to the local point.
         matrix: [f64; 12],

@@ -78,8 +78,8 @@ fn side<R: Real>(bottom: R, top: R, h: R) -> (R, [R; 2]) {
     )
 }
 
-/// A cone with rounded rims: the offset by `round` of a smaller sharp one with its centre at `middle` along
-/// y.
+/// Returns the signed distance to a cone with rounded rims: the offset by `round` of a smaller sharp one. The
+/// centre of that one is at `middle` along y.
 #[inline(always)]
 #[expect(
     clippy::too_many_arguments,
