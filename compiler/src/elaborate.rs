@@ -153,7 +153,7 @@ fn evaluate(
 /// An active call of a function of the scene.
 #[derive(Clone, Copy, Debug)]
 struct CallFrame<'a> {
-    /// Call site.
+    /// Span of the call in the text.
     site: Span,
     /// Name of the function.
     name: &'a str,

@@ -18,7 +18,7 @@ pub struct NodeId(pub u32);
 /// A number that is the same at all points.
 #[derive(Clone, Copy, Debug)]
 pub enum GraphNumber {
-    /// Folded number.
+    /// Number that is known while compiling.
     Constant(f32),
     /// Result of the uniform program.
     Uniform(u32),

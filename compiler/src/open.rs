@@ -20,7 +20,7 @@ use std::path::Path;
 pub enum SceneFile {
     /// Text in the language.
     Text(String),
-    /// Verified bytecode.
+    /// A module of bytecode, already verified.
     Bytecode(Box<Module>),
     /// One operation per line, as Fidget and libfive write them.
     FidgetText(String),

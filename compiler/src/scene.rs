@@ -20,13 +20,13 @@ pub struct ShapeId(pub u32);
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct MaterialId(pub u32);
 
-/// Three numbers.
+/// Three numbers: a point, a vector or a linear colour.
 pub type ExprTriple = [ExprId; 3];
 
 /// A complete scene.
 #[derive(Clone, Debug)]
 pub struct Scene {
-    /// All numbers.
+    /// Numbers of all shapes, materials and settings.
     pub expressions: Expressions,
     /// Parameters, structural ones too, in the order of the text.
     pub params: Vec<SceneParam>,
@@ -34,7 +34,7 @@ pub struct Scene {
     pub shapes: Vec<Shape>,
     /// Shape that is drawn: the final expression, or the union of all parts.
     pub root: Option<ShapeId>,
-    /// Named outputs.
+    /// Shapes that `part` defines, by name.
     pub parts: Vec<(String, ShapeId)>,
     /// Materials; the first is the default one.
     pub materials: Vec<Material>,
@@ -45,7 +45,7 @@ pub struct Scene {
     pub lights: Vec<SceneLight>,
     /// Background, which also lights surfaces.
     pub sky: SceneSky,
-    /// Render settings.
+    /// Settings of the `render` block, or their defaults.
     pub render: SceneRender,
     /// Animation, if there is one.
     pub animation: Option<Animation>,
@@ -368,6 +368,6 @@ pub struct SceneCheck {
     pub strict: bool,
     /// Message of the diagnostic if the condition fails.
     pub message: String,
-    /// Source text.
+    /// Place in the text that the diagnostic marks.
     pub span: Span,
 }

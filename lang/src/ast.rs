@@ -115,7 +115,7 @@ pub struct ParamDefinition {
     pub name: Ident,
     /// Type, if written.
     pub annotation: Option<TypeName>,
-    /// Default value.
+    /// Default value, which an override replaces.
     pub value: Expr,
     /// Range of allowed values.
     pub range: Option<ParamRange>,

@@ -16,9 +16,9 @@ pub struct FileId(pub u32);
 pub struct Span {
     /// File of the range.
     pub file: FileId,
-    /// First byte.
+    /// Offset of the first byte, from 0.
     pub start: u32,
-    /// Byte after the last.
+    /// Offset of the byte after the last one.
     pub end: u32,
 }
 

@@ -14,11 +14,11 @@ use std::time::{Duration, Instant};
 /// Source of a scene.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum SceneOrigin {
-    /// A file.
+    /// A file, by its path.
     File(PathBuf),
     /// A named text that is not stored in a file.
     Text {
-        /// Its name.
+        /// Name of the text, for messages.
         name: String,
         /// Text of the scene.
         text: String,
@@ -84,7 +84,7 @@ pub struct RejectedOverrides {
 pub struct BuiltScene {
     /// Programs, params and settings with the values of the text.
     pub opened: CompiledScene,
-    /// Source texts.
+    /// Texts of the scene and of its imports.
     pub sources: Sources,
     /// Notation of each param in the source text.
     pub param_sources: Vec<Option<ParamSource>>,

@@ -14,13 +14,13 @@ use std::collections::HashMap;
 /// The unit of a param's numbers.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct UnitScale {
-    /// The unit.
+    /// The unit as the text writes it.
     pub unit: Unit,
     /// Size of the unit in scene units, radians or seconds.
     pub factor: f64,
 }
 
-/// No unit.
+/// Scale of bare numbers.
 const NO_UNIT: UnitScale = UnitScale {
     unit: Unit::None,
     factor: 1.0,

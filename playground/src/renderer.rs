@@ -62,7 +62,7 @@ pub struct SceneInputs {
 pub struct DrawTask {
     /// Picture number; later pictures have larger numbers.
     pub number: u64,
-    /// The scene.
+    /// Scene to be drawn, with its programs.
     pub scene: Arc<BuiltScene>,
     /// Values of the params, and the time.
     pub inputs: SceneInputs,
@@ -72,11 +72,11 @@ pub struct DrawTask {
     pub overrides: Overrides,
     /// Samples to draw; all of them if the view mode [is exact](ViewMode::is_exact).
     pub samples: SampleSet,
-    /// View mode.
+    /// View mode of the picture.
     pub show: ViewMode,
     /// Leaf that is highlighted in the object view; see [`crate::inspect::objects`].
     pub leaf: Option<u32>,
-    /// Stops it.
+    /// Token that stops the drawing.
     pub stop: CancelToken,
 }
 
@@ -129,7 +129,7 @@ pub struct DrawResult {
     pub scene: u64,
     /// Engine that drew the picture.
     pub engine: EngineKind,
-    /// The picture.
+    /// Finished picture, or the reason why there is none.
     pub picture: Result<Picture, DrawError>,
     /// Times of the picture.
     pub times: DrawTimes,

@@ -44,7 +44,7 @@ pub struct Example {
 
 /// Services that the window requires besides a session.
 pub struct WindowServices {
-    /// File storage.
+    /// Storage that scenes are read from and written to.
     pub files: Arc<dyn Files>,
     /// Creates the engine opener of each render thread.
     pub opener: Box<dyn Fn() -> EngineOpener>,

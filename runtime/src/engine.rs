@@ -212,7 +212,7 @@ pub enum EngineError {
         "the program has {need} instructions, at most {allowed} are allowed on engine {kind} for {what}"
     )]
     TooLong {
-        /// The engine.
+        /// The engine that rejects the scene.
         kind: EngineKind,
         /// The attempted task.
         what: &'static str,

@@ -90,7 +90,7 @@ pub enum Outcome {
         t0: f64,
         /// End of the undecided interval.
         t1: f64,
-        /// The reason.
+        /// Reason why no root is proved there.
         why: UndecidedReason,
     },
 }

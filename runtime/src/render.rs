@@ -183,7 +183,7 @@ pub struct RenderSettings {
     pub mode: Mode,
     /// The method for normals.
     pub normals: Normals,
-    /// Ambient occlusion.
+    /// Method for ambient occlusion.
     pub occlusion: Occlusion,
     /// Radius of occlusion, in scene units.
     pub occlusion_reach: f64,

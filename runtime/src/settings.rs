@@ -47,7 +47,7 @@ pub struct Overrides {
     pub far: Option<f64>,
     /// The method for normals.
     pub normals: Option<Normals>,
-    /// Ambient occlusion.
+    /// Method for ambient occlusion.
     pub occlusion: Option<Occlusion>,
     /// The tone curve.
     pub tonemap: Option<Tonemap>,

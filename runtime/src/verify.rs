@@ -57,7 +57,7 @@ pub struct Subject {
 /// Two engines compared.
 #[derive(Clone, Debug, Serialize)]
 pub struct Comparison {
-    /// The reference.
+    /// The engine whose image is the reference: the earlier one.
     pub reference: EngineKind,
     /// The engine compared with it.
     pub engine: EngineKind,

@@ -46,7 +46,7 @@ pub enum RenderStage {
     Beam,
     /// Marches rays to their ends.
     March,
-    /// Refines hits.
+    /// Refines the depths of hits.
     RefineRoots,
     /// Finds the normals of surfaces.
     Normal,

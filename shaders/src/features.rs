@@ -55,7 +55,7 @@ pub struct Features {
     pub mode: Mode,
     /// The shadow of each light, in the order of the lights' buffer.
     pub lights: Vec<ShadowForm>,
-    /// Ambient occlusion.
+    /// Method for ambient occlusion.
     pub occlusion: Occlusion,
     /// Method for normals.
     pub normals: Normals,

@@ -98,9 +98,9 @@ fn least<R: Real>(r: R::Vec3) -> R {
 /// A point with non-negative coordinates and an ellipsoid, in units of the largest radius.
 #[derive(Clone, Copy)]
 struct NormalizedEllipsoid<R: Real> {
-    /// The point.
+    /// The point, whose coordinates are non-negative.
     q: R::Vec3,
-    /// The radii.
+    /// The radii, of which the largest is 1.
     r: R::Vec3,
     /// The squares of the radii.
     squares: R::Vec3,

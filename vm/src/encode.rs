@@ -17,7 +17,7 @@ pub enum DecodeError {
     Opcode {
         /// Index of the instruction.
         at: usize,
-        /// Its opcode.
+        /// Its unknown opcode.
         opcode: u8,
     },
     /// A field has an invalid value, or an unused word is not zero.

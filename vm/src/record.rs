@@ -24,7 +24,7 @@ pub const DUAL_POINT: &str = "struct DualPoint { p: vec3f, dx: vec3f, dy: vec3f,
 /// A recorded WGSL function.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct RecordedFunction {
-    /// Its name.
+    /// Its name in WGSL.
     pub name: String,
     /// Its text, from `fn` to the closing brace.
     pub text: String,

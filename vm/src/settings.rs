@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 /// A number of the settings.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum SettingValue {
-    /// A constant.
+    /// A constant, equal for all values of the parameters.
     Constant(f64),
     /// The result of the uniform program with this index.
     Uniform(u32),
@@ -27,7 +27,7 @@ impl SettingValue {
     }
 }
 
-/// Three numbers.
+/// Three numbers: a point, a vector or a linear colour.
 pub type Triple = [SettingValue; 3];
 
 /// All settings of a scene.
@@ -41,7 +41,7 @@ pub struct Settings {
     pub cameras: Vec<Camera>,
     /// The lights, in the order of the text.
     pub lights: Vec<Light>,
-    /// The sky.
+    /// The background, which also lights surfaces.
     pub sky: Sky,
     /// The render settings.
     pub render: Render,
@@ -105,7 +105,7 @@ impl Settings {
 /// A parameter.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Param {
-    /// Its name.
+    /// Its name in the text and on the command line.
     pub name: String,
     /// The description of its purpose.
     pub doc: String,

@@ -937,7 +937,7 @@ pub struct Row {
     pub parameters: &'static [Parameter],
     /// Kind of its result.
     pub output: Output,
-    /// Further facts.
+    /// Its bounds, slope, exactness, symmetry and place in the language.
     pub facts: OpFacts,
 }
 

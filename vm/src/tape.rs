@@ -53,7 +53,7 @@ pub struct Clause<R = u16> {
     pub dst: R,
     /// The register that the result is blended into.
     pub accumulator: R,
-    /// The operands.
+    /// The registers of the operands; [`NO_REGISTER`] for constant or missing ones.
     pub operands: [R; 3],
     /// The register of the point of evaluation.
     pub point: R,

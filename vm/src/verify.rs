@@ -73,7 +73,7 @@ pub enum VerifyError {
         at: usize,
         /// The name of its operation.
         name: &'static str,
-        /// The contradiction.
+        /// The contradiction, as the predicate of a sentence.
         problem: &'static str,
     },
     /// A constant is not finite.

@@ -125,7 +125,7 @@ pub(crate) struct PassedArg<'a> {
     pub(crate) name: Option<&'a Ident>,
     /// Value of the argument's expression.
     pub(crate) value: Value<'a>,
-    /// Source span.
+    /// Span of the argument, without its name.
     pub(crate) span: Span,
 }
 

@@ -37,7 +37,7 @@ impl Loader for NoFiles {
 /// A file with its resolved imports.
 #[derive(Debug)]
 pub(crate) struct ImportedModule {
-    /// Syntax tree.
+    /// Syntax tree of the file.
     pub(crate) file: ast::File,
     /// Imports: alias, span of the alias, and index of the module if it could be read.
     imports: Vec<(String, Span, Option<usize>)>,

@@ -19,7 +19,7 @@ const DEFAULT_DURATION_SECONDS: f64 = 8.0;
 /// Bounding box of a shape at one assignment of the parameters and the time.
 #[derive(Clone, Debug)]
 pub(crate) struct BoundsSample {
-    /// Bounding box.
+    /// Bounding box of the shape there.
     pub(crate) bounds: Bounds,
     /// Values of the requested numbers.
     pub(crate) numbers: Vec<f64>,

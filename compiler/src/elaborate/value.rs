@@ -160,7 +160,7 @@ impl Vector {
 /// `start..end`.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Range {
-    /// First value.
+    /// First value of the range.
     pub(crate) start: ScalarValue,
     /// Last value, or the one after it.
     pub(crate) end: ScalarValue,
@@ -171,7 +171,7 @@ pub(crate) struct Range {
 /// Environment of an expression: the names in scope, and the blend of plain operators.
 #[derive(Clone, Debug)]
 pub(crate) struct Env<'a> {
-    /// Local names.
+    /// Parameters and local definitions, which hide those of the module.
     pub(crate) scope: Scope<'a, Value<'a>>,
     /// Index of the module.
     pub(crate) module: usize,
@@ -203,7 +203,7 @@ pub(crate) struct Closure<'a> {
     pub(crate) result: Option<&'a ast::TypeName>,
     /// Body, evaluated at each call.
     pub(crate) body: &'a ast::Body,
-    /// Captured environment.
+    /// Environment of the definition, in which the body is evaluated.
     pub(crate) env: Env<'a>,
     /// Span of the name, or of the lambda.
     pub(crate) span: Span,

@@ -42,7 +42,7 @@ pub struct Context {
 /// Output of a pass: a graph, and a report in the pass's own terms.
 #[derive(Clone, Debug, Default)]
 pub struct PassOutput {
-    /// New graph.
+    /// Graph after the pass.
     pub graph: Graph,
     /// Changes that were made, with their counts.
     pub notes: Vec<String>,

@@ -32,7 +32,7 @@ pub struct JsonDiagnostic {
 pub struct JsonLabel {
     /// Name of the file.
     pub file: String,
-    /// First character.
+    /// Position of the first character.
     pub start: JsonPosition,
     /// Position after the last character.
     pub end: JsonPosition,

@@ -10,7 +10,7 @@ pub struct EngineDifference {
     /// The first picture in dark grey, overlaid with each channel's difference times 16. Red marks pixels
     /// that only one engine hits, amber those of them at a silhouette.
     pub picture: Vec<u8>,
-    /// Numeric differences.
+    /// Counts and percentiles of the differences.
     pub numbers: PictureDifferences,
     /// Differences that exceed the tolerances; empty if the engines agree.
     pub failures: Vec<String>,

@@ -77,7 +77,7 @@ pub struct PickContext<'s> {
     pub uniform_values: &'s [f64],
     /// Settings of the picture.
     pub settings: &'s RenderSettings,
-    /// Source texts.
+    /// Texts of the scene and of its imports.
     pub sources: &'s Sources,
     /// Leaves of the scene, if available.
     pub origins: Option<&'s Provenance>,
@@ -86,7 +86,7 @@ pub struct PickContext<'s> {
 /// Description of the surface point at a pixel.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Pick {
-    /// Surface point.
+    /// Point where the ray hits the surface, in scene units.
     pub point: [f64; 3],
     /// Distance from the ray's origin, in scene units.
     pub distance: f64,
@@ -127,7 +127,7 @@ pub struct SourceText {
     pub file: String,
     /// Line and column of the start.
     pub position: LineCol,
-    /// Source text.
+    /// Text of the expression that made the shape.
     pub text: String,
     /// Source range, for an editor.
     pub span: Span,

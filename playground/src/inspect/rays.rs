@@ -17,7 +17,7 @@ pub struct PictureRays {
 pub struct InspectedRay {
     /// Origin: the camera, or a point of the plane that parallel rays start on.
     pub origin: DVec3,
-    /// Unit direction.
+    /// Direction of length one.
     pub direction: DVec3,
 }
 

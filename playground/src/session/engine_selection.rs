@@ -7,7 +7,7 @@ use sdfc_runtime::render::Mode;
 use std::collections::BTreeMap;
 use std::time::Duration;
 
-/// Available devices.
+/// Kinds of devices that are available.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Devices {
     /// True if a GPU is available, including software implementations.

@@ -107,7 +107,7 @@ pub enum Task {
 pub enum OneOffTask {
     /// Replace the text of a file.
     Replace {
-        /// The file.
+        /// Path of the file to be written.
         path: PathBuf,
         /// Text that the file must still contain.
         expected: Arc<str>,

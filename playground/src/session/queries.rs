@@ -21,7 +21,7 @@ pub struct PictureFacts {
     pub stage: RefinementStage,
     /// Width and height in pixels.
     pub size: [usize; 2],
-    /// View mode.
+    /// View mode of the picture.
     pub show: ViewMode,
     /// Time for reading the scene's files.
     pub reading: Duration,

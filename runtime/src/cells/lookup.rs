@@ -89,7 +89,7 @@ pub enum Occupancy {
 /// A cell as it is shown to a user.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CellInfo {
-    /// The box.
+    /// The box that the cell occupies, in scene units.
     pub region: Aabb,
     /// Number of clauses of the tape that is evaluated there; `None` where the field's sign is known and
     /// nothing is evaluated.

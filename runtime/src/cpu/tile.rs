@@ -58,7 +58,7 @@ pub(super) struct Tile {
     pub(super) has_known_hits: bool,
     /// Leaf in which each ray ended, if rays go through cells.
     pub(super) hit_leaves: Vec<u32>,
-    /// Surface points.
+    /// Points of the surfaces that the rays hit.
     pub(super) points: Vec<V3<f32>>,
     pub(super) normals: Vec<[f32; 3]>,
     /// Points just outside the surfaces, where gradients are taken.

@@ -27,7 +27,7 @@ use error_tracker::ErrorTracker;
 pub enum AdapterPreference {
     /// Hardware if there is any, else software Vulkan.
     Any,
-    /// Hardware only.
+    /// Hardware only; software Vulkan is an error.
     Hardware,
 }
 

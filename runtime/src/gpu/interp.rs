@@ -82,7 +82,7 @@ pub(super) struct Interpreter {
 enum UploadedInput {
     /// Undecided or out of date.
     Unset,
-    /// Stack programs.
+    /// The stack programs, without tapes.
     Programs,
     /// The tapes of the whole programs, used everywhere.
     FullTapes,

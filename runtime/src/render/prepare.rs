@@ -16,7 +16,7 @@ pub struct RenderJob {
     pub features: Features,
     /// Its uniforms, for the whole image as one tile and the first pass over subpixels.
     pub uniforms: layout::FrameUniforms,
-    /// Its lights.
+    /// Its lights, in the layout of the kernels' buffer.
     pub lights: Vec<layout::LightRecord>,
     /// Width and height in pixels.
     pub size: [u32; 2],

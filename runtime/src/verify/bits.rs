@@ -41,7 +41,7 @@ pub struct BitDifferences {
 pub struct RayDifference {
     /// Its column and row.
     pub place: [usize; 2],
-    /// Both depths.
+    /// Depths along the ray in both images; infinite for a miss.
     pub depths: [f32; 2],
     /// Both numbers of steps.
     pub steps: [u32; 2],
@@ -50,11 +50,11 @@ pub struct RayDifference {
 /// A point at which two engines differ.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct PointDifference {
-    /// The point.
+    /// The point at which both engines were queried.
     pub point: [f32; 3],
-    /// Both distances.
+    /// Values of the field in both engines.
     pub distances: [f32; 2],
-    /// Both gradients.
+    /// Gradients of the field in both engines.
     pub gradients: [[f32; 3]; 2],
 }
 

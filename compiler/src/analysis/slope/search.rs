@@ -31,7 +31,7 @@ pub(super) struct SlopeSearch {
     point_numbers: Vec<BoxNumber<Dual<f64>>>,
     /// Indices of the ranges that are worth halving.
     split_ranges: Vec<usize>,
-    /// All ranges.
+    /// Ranges of the parameters and of time that the numbers depend on.
     ranges: Vec<Interval>,
     /// Square of the steepest sampled slope.
     max_square: f64,

@@ -51,7 +51,7 @@ pub(crate) struct ShapeSlopes {
 /// Counterexample to a field's declared slope.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct RefutedSlope {
-    /// Declared bound.
+    /// Slope bound that the scene states.
     pub(crate) declared: f64,
     /// Slope at the point.
     pub(crate) slope: f64,

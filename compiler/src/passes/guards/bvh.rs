@@ -26,7 +26,7 @@ const MAX_SAH_LEVELS: usize = 40;
 /// Coordinate at which infinite boxes are clamped for comparisons.
 const MAX_COORDINATE: f64 = 1e6;
 
-/// An operand.
+/// An operand of a chain, as a leaf of the hierarchy of boxes.
 #[derive(Clone, Debug)]
 pub(super) struct BvhLeaf {
     pub(super) id: NodeId,
@@ -39,7 +39,7 @@ pub(super) struct BvhLeaf {
 /// A step of a chain.
 #[derive(Clone, Debug)]
 pub(super) enum ChainStep {
-    /// An operand.
+    /// A blend of the value with an operand.
     Blend(NodeId),
     /// A guard of the next `steps` steps.
     Guard {

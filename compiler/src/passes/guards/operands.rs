@@ -12,7 +12,7 @@ const MAX_OPERAND_NODES: usize = 4096;
 /// Values that are blended one after the other by the same operation.
 #[derive(Clone, Debug)]
 pub(in crate::passes) struct OperandChain {
-    /// Last blend.
+    /// Node of the last blend, whose value is that of the chain.
     pub(in crate::passes) root: NodeId,
     pub(in crate::passes) op: Op,
     pub(in crate::passes) parameters: Vec<GraphNumber>,

@@ -11,7 +11,7 @@ use sdfc_vm::table::Op;
 /// Fraction of the tolerance that this part may use.
 const TOLERANCE_FRACTION: f64 = 0.5;
 
-/// Simplified graph.
+/// A simplified graph, with the counts of the changes.
 pub(super) struct DropResult {
     pub(super) graph: Graph,
     /// Number of smooth blends that became hard.

@@ -13,9 +13,9 @@ pub enum Extent {
     Line(u64),
     /// A grid of invocations along x and y.
     Grid {
-        /// Along x.
+        /// Number of invocations along x.
         width: u32,
-        /// Along y.
+        /// Number of invocations along y.
         height: u32,
     },
     /// Numbers of workgroups along each axis.

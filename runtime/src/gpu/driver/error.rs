@@ -47,7 +47,7 @@ pub enum GpuError {
     Timeout {
         /// The operation that was waited for.
         what: String,
-        /// The timeout.
+        /// The time limit that was exceeded.
         after: Duration,
     },
     /// A request exceeds a limit of the device.
@@ -57,7 +57,7 @@ pub enum GpuError {
         what: String,
         /// The requested value.
         need: u64,
-        /// The maximum.
+        /// The device's maximum, in the same unit.
         have: u64,
     },
     /// The WGSL does not compile. The text contains the position.
