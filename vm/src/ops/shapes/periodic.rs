@@ -34,8 +34,8 @@ pub fn gyroid<R: Real>(p: R::Vec3, frequency: R, scale: R, half: R) -> R {
     s.dot(R::Vec3::new(c.y(), c.z(), c.x())).abs() * scale - half
 }
 
-/// Returns a lower bound of the distance to a sheet along the primitive surface `cos x + cos y + cos z = 0` of H.
-/// A. Schwarz.
+/// Returns a lower bound of the distance to a sheet along H. A. Schwarz's primitive surface
+/// `cos x + cos y + cos z = 0`.
 #[inline(always)]
 pub fn schwarz_p<R: Real>(p: R::Vec3, frequency: R, scale: R, half: R) -> R {
     let q = (p * frequency).named("q");
