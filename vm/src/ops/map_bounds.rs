@@ -29,7 +29,7 @@ pub fn extrude(a: &[f64], shape: &Bounds) -> Bounds {
     along_z(shape, a[0])
 }
 
-/// Bounds a revolution, given the offset from the axis. The volume is a disc around the y axis.
+/// Bounds a revolution, given the offset from the axis. The box is a disc around the y axis.
 pub fn revolve(a: &[f64], shape: &Bounds) -> Bounds {
     if shape.is_void() {
         return *shape;
@@ -59,7 +59,7 @@ pub fn mirror(a: &[f64], shape: &Bounds) -> Bounds {
     b
 }
 
-/// Bounds a repetition, given the spacing. The volume is infinite along each axis with a nonzero spacing.
+/// Bounds a repetition, given the spacing. The box is infinite along each axis with a nonzero spacing.
 pub fn repeat(a: &[f64], shape: &Bounds) -> Bounds {
     let mut b = *shape;
     if !b.is_void() {
