@@ -124,7 +124,7 @@ struct CutContext {
     size: f64,
     /// The size at the current values of the parameters.
     current_size: f64,
-    /// Width of the blend between the cutters and the body.
+    /// Width of the blend between the cutters and the body; infinite if it is not constant.
     blend_radius: f64,
     other_cutters: Vec<OtherCutter>,
 }
@@ -165,9 +165,7 @@ impl CutterExtension<'_> {
                     (_, Some(&width)) => self.scene.expressions.as_constant(width),
                 };
                 let (body, cutters) = children.split_at_mut(1);
-                if let Some(blend_radius) = blend_radius {
-                    self.extend_cutters_of(body[0], cutters, blend_radius);
-                }
+                self.extend_cutters_of(body[0], cutters, blend_radius.unwrap_or(f64::INFINITY));
             }
             ShapeKind::Combine {
                 op: Op::Intersection,
@@ -182,7 +180,7 @@ impl CutterExtension<'_> {
         result
     }
 
-    /// Extends the cutters of a body. `blend_radius` is the width of the blend.
+    /// Extends the cutters of a body. `blend_radius` is the width of the blend, infinite if it is not constant.
     fn extend_cutters_of(&mut self, body: ShapeId, cutters: &mut [ShapeId], blend_radius: f64) {
         let previous = self.previous_cutters(body);
         let shapes: Vec<ShapeId> = [body].into_iter().chain(cutters.iter().copied()).collect();
@@ -195,8 +193,10 @@ impl CutterExtension<'_> {
             blend_radius,
             other_cutters: Vec::new(),
         };
-        self.extend_each(cutters, &mut Vec::new(), &mut cut, &previous);
-        if self.is_live && blend_radius == 0.0 {
+        if blend_radius.is_finite() {
+            self.extend_each(cutters, &mut Vec::new(), &mut cut, &previous);
+        }
+        if self.is_live || blend_radius == f64::INFINITY {
             for cutter in cutters {
                 *cutter = self.extend_live_cutter(*cutter, &mut Vec::new(), &cut);
             }

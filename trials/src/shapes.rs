@@ -130,6 +130,26 @@ fn field(r: &mut Random) -> String {
     format!("field(fn(p) => {formula}{arguments})")
 }
 
+/// Returns an inward offset of a shape with a field that is steeper than a distance.
+pub fn steep_inset(r: &mut Random) -> String {
+    let (factor, a) = (length(r, 1.5, 9.0), length(r, 0.5, 1.0));
+    let field = match r.below(5) {
+        0 => format!("field(fn(p) => {factor} * (length(p) - {a}))"),
+        1 => format!("field(fn(p) => {factor} * (dot(p, p) - {a}))"),
+        2 => format!("field(fn(p) => {factor} * (max(abs(p.x), abs(p.y), abs(p.z)) - {a}))"),
+        3 => format!("field(fn(p: vec2) => {factor} * (length(p) - {a})).extrude({a})"),
+        _ => format!("{}.warp(fn(p) => p * {factor})", exact_solid(r)),
+    };
+    let shape = match r.below(6) {
+        0 | 1 => field,
+        2 => format!("({field} | {})", exact_solid(r)),
+        3 => format!("({field} & {})", exact_solid(r)),
+        4 => format!("{field}.rotate({}deg, [1, 2, 3])", r.below(360)),
+        _ => format!("{field}.offset({})", length(r, -0.125, 0.25)),
+    };
+    format!("{shape}.offset(-{})", length(r, 0.0625, 1.0))
+}
+
 /// Returns a random shape, nested at most `depth` deep.
 pub fn solid(r: &mut Random, depth: usize) -> String {
     if depth == 0 || r.chance(15) {

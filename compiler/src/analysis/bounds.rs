@@ -5,6 +5,8 @@
 //! amount that is added to a shape's distance grows its box. Where the distance underestimates, the box
 //! grows by more, see `bounds_slack.rs`.
 
+mod inset;
+
 use crate::analysis::bounds_slack::DistanceSlack;
 use crate::analysis::extent::{extent, extent_of_preimage, narrow_bounds, search_extent};
 use crate::analysis::param_ranges::ParamRanges;
@@ -113,6 +115,8 @@ pub(crate) struct ShapeBounds {
     is_live: Vec<bool>,
     bounds: Vec<Bounds>,
     slacks: HashMap<ShapeId, DistanceSlack>,
+    /// For shapes: their values change by at most one per unit of length.
+    distance_slopes: HashMap<ShapeId, bool>,
 }
 
 impl ShapeBounds {
@@ -427,7 +431,7 @@ impl ShapeBounds {
         }
     }
 
-    /// Grows a box around shapes by an amount that is added to their distances.
+    /// Grows a box around shapes by an amount that is added to their distances, or shrinks it.
     fn grown_by(
         &mut self,
         scene: SceneRef<'_>,
@@ -435,8 +439,11 @@ impl ShapeBounds {
         growth: f64,
         children: &[ShapeId],
     ) -> Bounds {
-        if growth <= 0.0 {
-            return bounds.grown(growth);
+        if growth == 0.0 {
+            return *bounds;
+        }
+        if growth < 0.0 {
+            return self.inset_hull(scene, children, -growth);
         }
         let slack = self.joined_slack(scene, children);
         if slack.axis.is_finite() {
@@ -574,11 +581,13 @@ impl ShapeBounds {
                 Op::Offset | Op::Shell => {
                     let inner = self.slack(scene, *child).after_growth();
                     let amount = self.number(scene, parameters[0]);
-                    // Where the box shrinks, a straight line out of it may be longer.
-                    if amount < 0.0 {
+                    if amount >= 0.0 {
+                        inner
+                    } else if self.has_distance_slope(scene, *child) {
+                        // Where the box shrinks, a straight line out of it may be longer.
                         DistanceSlack::from_axis(inner.axis)
                     } else {
-                        inner
+                        DistanceSlack::UNKNOWN
                     }
                 }
                 _ => self.slack(scene, *child),

@@ -3,6 +3,10 @@
 //! A face of a cutter is moved outwards if it is at or beyond the body's outermost face on that side. The
 //! condition must hold for all values of the parameters. Both positions are linear forms of the parameters. A
 //! plate of the height `h` and a cutter of that height end in the same plane, whatever `h` is.
+//!
+//! Between cutter and body may be a blend of any width. All of the body lies behind the face. There, the walls of the
+//! cutter are straight, so its values outside of it stay the same. Inside of it they decrease. No blend kernel for
+//! subtractions is less than the larger one of its operands, so these points and those beyond the face stay empty.
 
 use super::linear::LinearForm;
 use super::{CutContext, CutterExtension, TOUCH_TOLERANCE};

@@ -17,6 +17,10 @@ impl CutterExtension<'_> {
         path: &[AxisStep],
         cut: &CutContext,
     ) -> ShapeId {
+        // Its other sides may slope: prolonged ones change values beside the polygon, which a blend reads.
+        if cut.blend_radius > 0.0 {
+            return id;
+        }
         let ShapeKind::Polygon { points } = self.kind(id) else {
             return id;
         };

@@ -5,7 +5,7 @@ use super::{MAX_ROUNDING_PER_SIZE, TrialPoints, corpus, size_at};
 use crate::oracle::{Point, norm, random_point, read_scene, unit_number};
 use sdfc_trials::campaign::{CheckOutcome, input_count, run};
 use sdfc_trials::random::Random;
-use sdfc_trials::shapes::{exact_solid, solid};
+use sdfc_trials::shapes::{exact_solid, solid, steep_inset};
 use sdfc_vm::bounds::Bounds;
 use sdfc_vm::outline::directions;
 
@@ -75,10 +75,10 @@ pub(super) fn find_violation(tested: &TestShape, seed: u64) -> Option<String> {
     None
 }
 
-#[test]
-fn nothing_of_a_random_shape_lies_outside_its_boxes() {
+/// Checks the boxes and outlines of random shapes.
+fn check_boxes(name: &str, text_from: impl Fn(&mut Random) -> String + Sync) {
     let check = |&seed: &u64| {
-        let text = solid(&mut Random::new(seed), 3);
+        let text = text_from(&mut Random::new(seed));
         let Some(tested) = parse_shape(&text) else {
             return CheckOutcome::Refused;
         };
@@ -87,13 +87,19 @@ fn nothing_of_a_random_shape_lies_outside_its_boxes() {
         }
         CheckOutcome::Accepted
     };
-    let tally = run(
-        "boxes of random shapes",
-        input_count(40, 200),
-        |seed| seed,
-        check,
-    );
+    let tally = run(name, input_count(40, 200), |seed| seed, check);
     assert!(tally.accepted * 2 > tally.refused, "{tally:?}");
+}
+
+#[test]
+fn nothing_of_a_random_shape_lies_outside_its_boxes() {
+    check_boxes("boxes of random shapes", |r| solid(r, 3));
+}
+
+/// A box shrinks by an inward offset only if its shape's value changes as slowly as a distance.
+#[test]
+fn nothing_of_an_inset_steep_field_lies_outside_its_boxes() {
+    check_boxes("boxes of insets", steep_inset);
 }
 
 #[test]
