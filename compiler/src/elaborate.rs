@@ -12,6 +12,7 @@
 //! Evaluation never panics on a scene and always terminates. The number of steps, the depth of
 //! calls, loops and shapes are limited, each with a message of its own.
 
+mod angles;
 mod annotation;
 mod arguments;
 mod assemble_scene;

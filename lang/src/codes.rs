@@ -286,11 +286,14 @@ The language has no index in brackets. The components of a vector are fields. `f
     let h = p[1];
     let h = p.y;";
 
-E0131 "a lambda without `fn`" "\
-A function without a name begins with `fn`.
+E0131 "a lambda without `fn` or `=>`" "\
+A function without a name is written `fn(…) => …`. Its body is an expression, or a block in braces.
 
     field(p => length(p) - 1)
-    field(fn(p) => length(p) - 1)";
+    field(fn(p) { length(p) - 1 })
+
+    field(fn(p) => length(p) - 1)
+    field(fn(p) => { length(p) - 1 })";
 
 E0132 "a list in parentheses" "\
 Lists and vectors are written in brackets. Parentheses group expressions and enclose the arguments
@@ -298,6 +301,22 @@ of a call.
 
     sphere(1).translate((1, 2, 3))
     sphere(1).translate([1, 2, 3])";
+
+E0133 "a transform before its shape" "\
+A transform is called on its shape, after a dot, and several shapes are joined by operators. No
+block of shapes follows a transform.
+
+    translate([1, 2, 3]) box(1);
+    difference() { box(2); sphere(1.2); }
+
+    box(1).translate([1, 2, 3])
+    box(2) - sphere(1.2)";
+
+E0134 "a number that ends with a dot" "\
+The dot of a number has digits after it. A dot after a number calls a function of that number.
+
+    sphere(1.)
+    sphere(1.0)";
 
 E0201 "an unknown name" "\
 No definition, parameter or function of this name stands before this place. A name is visible after
@@ -663,9 +682,9 @@ sides of the equation gives the same surface with a smaller slope. Discontinuous
 `%`, `if`) are marched piece by piece and need no bound. Exceptions are pieces with poles, and
 pieces under blends and offsets that depend on live parameters.
 
-    field(fn(p) => 1 / p.x - 1)
-    field(fn(p) => 1 / max(p.x, 0.1) - 1)
-    field(fn(p) => 1 / p.x - 1, lipschitz: 4)";
+    field(fn(p) => length(p) * sqrt(abs(p.x)) - 1)
+    field(fn(p) => length(p) * sqrt(max(abs(p.x), 0.01)) - 1)
+    field(fn(p) => length(p) * sqrt(abs(p.x)) - 1, lipschitz: 16)";
 
 W0502 "a stated slope that does not hold" "\
 At a sampled point, the slope of the field is greater than its `lipschitz` value. With that value,

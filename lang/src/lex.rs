@@ -14,6 +14,11 @@ use logos::Logos;
 /// A token between the offset of its first byte and the offset after its last, as the parser requires.
 pub(crate) type SpannedToken<'s> = (u32, Token<'s>, u32);
 
+/// Directives of preprocessors.
+const DIRECTIVES: [&str; 8] = [
+    "#define", "#include", "#if", "#ifdef", "#ifndef", "#pragma", "#version", "#undef",
+];
+
 /// Result of lexing a text.
 pub(crate) struct Lexed<'s> {
     pub(crate) tokens: Vec<SpannedToken<'s>>,
@@ -46,7 +51,7 @@ pub(crate) fn lex(file: FileId, text: &str) -> Lexed<'_> {
             }
             Token::Unknown(_) => lexed.unknown(text, span),
             _ => {
-                let token = lexed.validate_literal(token, span);
+                let token = lexed.validate_literal(text, token, span);
                 lexed.tokens.push((start, token, end));
             }
         }
@@ -112,7 +117,7 @@ impl<'s> Lexed<'s> {
     }
 
     /// Returns a token if it is valid. Otherwise reports it and returns a valid token of the same kind.
-    fn validate_literal(&mut self, token: Token<'s>, span: Span) -> Token<'s> {
+    fn validate_literal(&mut self, text: &str, token: Token<'s>, span: Span) -> Token<'s> {
         match token {
             Token::Number(word) => match literal::parse_number(word) {
                 Ok(_) => token,
@@ -123,6 +128,10 @@ impl<'s> Lexed<'s> {
             },
             Token::Color(word) => match literal::parse_color(word) {
                 Some(_) => token,
+                None if DIRECTIVES.contains(&word) => {
+                    self.report(directive_error(text, word, span));
+                    Token::Color("#000")
+                }
                 None => {
                     self.report(
                         Diagnostic::error(codes::E0107, span, format!("`{word}` is not a color"))
@@ -204,6 +213,38 @@ fn is_closing_quote_escaped(word: &str) -> bool {
     backslashes % 2 == 1
 }
 
+/// Creates the error for a directive. A macro is rewritten as a definition.
+fn directive_error(text: &str, word: &str, span: Span) -> Diagnostic {
+    let error = Diagnostic::error(codes::E0126, span, format!("there is no `{word}`"));
+    let rest = text[span.end as usize..].lines().next().unwrap_or_default();
+    let code = rest.split("//").next().unwrap_or_default().trim_end();
+    match definition(code.trim_start()).filter(|_| word == "#define") {
+        Some(definition) => {
+            let whole = Span::new(span.file, span.start, span.end + code.len() as u32);
+            error.fix(whole, definition, "define it")
+        }
+        None => {
+            error.help("write `let n = 3;`, `fn f(x) = 2 * x;` or `import \"parts.sdf\" as parts;`")
+        }
+    }
+}
+
+/// Returns the definition that corresponds to the macro `NAME value` or `NAME(x) value`.
+fn definition(macro_text: &str) -> Option<String> {
+    let is_name = |c: char| c.is_ascii_alphanumeric() || c == '_';
+    let name_end = macro_text.find(|c| !is_name(c))?;
+    let (name, rest) = macro_text.split_at(name_end);
+    let (keyword, parameters, value) = match rest.starts_with('(') {
+        true => {
+            let (parameters, value) = rest.split_at(rest.find(')')? + 1);
+            ("fn", parameters, value)
+        }
+        false => ("let", "", rest),
+    };
+    let is_definition = !name.is_empty() && !value.trim().is_empty();
+    is_definition.then(|| format!("{keyword} {name}{parameters} = {};", value.trim()))
+}
+
 fn color_error(word: &str) -> String {
     let digits = &word[1..];
     match digits.chars().find(|c| !c.is_ascii_hexdigit()) {
@@ -225,6 +266,11 @@ fn number_error(word: &str, error: NumberError, span: Span) -> Diagnostic {
             };
             let diagnostic =
                 Diagnostic::error(codes::E0106, range, format!("`{suffix}` is not a unit"));
+            if matches!(suffix, "f" | "F") {
+                return diagnostic
+                    .primary("numbers need no mark of their type")
+                    .fix(range, "", "leave it out");
+            }
             match likely_unit(suffix) {
                 Some(unit) => diagnostic.primary(format!("did you mean `{unit}`?")).fix(
                     range,

@@ -4,8 +4,12 @@
 //! rules below are tried in order. Each detects one common mistake from a few tokens around the position.
 //! The fallback lists the expected kinds of tokens.
 
+mod foreign;
+mod lambdas;
 mod names;
+mod numbers;
 mod operators;
+mod prefixes;
 mod separators;
 
 use crate::brackets::settings_brace;
@@ -14,6 +18,8 @@ use crate::diagnostic::Diagnostic;
 use crate::lex::SpannedToken;
 use crate::span::{FileId, Span};
 use crate::token::Token;
+
+pub(crate) use operators::named_arguments;
 
 /// State of the parser at an error.
 pub(crate) struct ErrorContext<'c, 's> {
@@ -46,6 +52,8 @@ pub(crate) enum Repair {
     Insert(Token<'static>),
     /// Replace the token.
     Replace(Token<'static>),
+    /// Replace each `=` after the name of an argument, from the token on, by `:`.
+    NameArguments,
     /// Remove the token.
     Remove,
     /// Remove the statement, setting or item that contains the token.
@@ -60,6 +68,7 @@ type Rule = fn(&ErrorContext<'_, '_>) -> Option<Mistake>;
 
 const RULES: &[Rule] = &[
     stray_character,
+    numbers::trailing_dot,
     separators::extra_semicolon,
     separators::semicolon_between_settings,
     operators::conditional,
@@ -68,8 +77,13 @@ const RULES: &[Rule] = &[
     operators::assignment_in_call,
     operators::assignment_in_condition,
     operators::comparison_for_assignment,
-    operators::fat_arrow,
+    lambdas::missing_fn,
+    lambdas::missing_arrow,
+    lambdas::bars,
+    lambdas::python,
+    prefixes::transform_first,
     names::other_language,
+    foreign::typed_function,
     names::missing_let,
     operators::mutation,
     names::item_in_block,
@@ -179,6 +193,23 @@ impl<'s> ErrorContext<'_, 's> {
         None
     }
 
+    /// Returns the index of the bracket that closes the one at a token.
+    fn closer(&self, open: usize) -> Option<usize> {
+        let mut depth = 0;
+        for position in open..self.end {
+            let token = self.tokens[position].1;
+            if token.closer().is_some() {
+                depth += 1;
+            } else if token.is_closer() {
+                depth -= 1;
+                if depth == 0 {
+                    return Some(position);
+                }
+            }
+        }
+        None
+    }
+
     /// Reports whether the innermost open bracket is the brace of `camera { … }`.
     fn is_in_settings(&self) -> bool {
         let item = self.tokens[self.start..].iter().map(|word| word.1);
@@ -278,6 +309,10 @@ fn stray_character(context: &ErrorContext<'_, '_>) -> Option<Mistake> {
                 .primary("an unusual space")
                 .fix(span, " ", "write an ordinary space"),
             Repair::Remove,
+        ),
+        (_, '$') => (
+            diagnostic.help("surfaces are smooth at any size: leave `$fn`, `$fa` and `$fs` out"),
+            Repair::RemoveStatement,
         ),
         (_, c) if c.is_alphabetic() => (
             diagnostic.help("names are written with the letters a to z and A to Z, digits and `_`"),

@@ -244,6 +244,11 @@ impl<'s> Parser<'s> {
                 };
                 self.tokens.insert(index, (offset, token, offset));
             }
+            Repair::NameArguments => {
+                for index in mistakes::named_arguments(&self.tokens[..end], index) {
+                    self.tokens[index].1 = Token::Colon;
+                }
+            }
             Repair::Replace(token) if index < self.tokens.len() => self.tokens[index].1 = token,
             Repair::Remove if index < self.tokens.len() => {
                 self.tokens.remove(index);

@@ -1,6 +1,7 @@
 //! Type annotations, such as `length` or `vec3`, and conversion of values to them.
 
 use super::Elaborator;
+use super::angles;
 use super::constness::Demand;
 use super::diagnose::unknown_name;
 use super::display::format_short;
@@ -102,6 +103,10 @@ impl<'a> Elaborator<'a> {
         let mut diagnostic = Diagnostic::error(codes::E0301, span, message);
         if annotation.span.file == span.file {
             diagnostic = diagnostic.label(annotation.span, "required here");
+        }
+        if let (AnnotatedType::Float, Value::Number(number)) = (ty, &value) {
+            let text = self.sources.slice(span);
+            diagnostic = angles::advise(diagnostic, number.quantity, text, span);
         }
         self.report(diagnostic);
         Value::Poison

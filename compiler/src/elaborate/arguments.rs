@@ -349,16 +349,8 @@ pub(crate) fn mismatch_diagnostic(
         .map_or("".into(), |l| signature(l));
     match error {
         ArgError::UnknownName { arg } => {
-            let argument = &call.args[arg];
-            let (written, span) = match argument.name {
-                Some(ident) => (ident.name.as_str(), ident.span),
-                None => ("", argument.span),
-            };
-            let message = format!("`{name}` has no argument `{written}`");
-            let diagnostic = Diagnostic::error(codes::E0203, span, message)
-                .label(call.name_span, most_similar_signature);
             names.retain(|name| written_names().all(|ident| ident.name != *name));
-            diagnose::suggest(diagnostic, span, nearest(written, names))
+            unknown_argument(call, arg, most_similar_signature, &names)
         }
         ArgError::Twice { arg } => {
             let argument = &call.args[arg];
@@ -445,6 +437,66 @@ pub(crate) fn mismatch_diagnostic(
                 false => diagnostic,
             }
         }
+    }
+}
+
+/// Builds the diagnostic for an argument of an unknown name. `names` are those of the arguments that are left out.
+fn unknown_argument(
+    call: &Invocation<'_>,
+    arg: usize,
+    signature: String,
+    names: &[&str],
+) -> Diagnostic {
+    let argument = &call.args[arg];
+    let (written, span) = match argument.name {
+        Some(ident) => (ident.name.as_str(), ident.span),
+        None => ("", argument.span),
+    };
+    let message = format!("`{}` has no argument `{written}`", call.name);
+    let diagnostic =
+        Diagnostic::error(codes::E0203, span, message).label(call.name_span, signature);
+    let has = |radius: &str, diameter: &str| {
+        let names = call.args.iter().filter_map(|passed| passed.name);
+        let mut names = names.map(|ident| ident.name.as_str());
+        names.any(|name| name == radius || name == diameter)
+    };
+    if call.name == "cylinder" && has("r1", "d1") && has("r2", "d2") {
+        let text = "with two radii, it is a `cone`";
+        return diagnostic.fix(call.name_span, "cone", text);
+    }
+    if written == "center" {
+        let text =
+            "shapes are centred at the origin: leave it out, or move the shape by `translate`";
+        return diagnostic.fix(removed_argument(call, arg, span), "", text);
+    }
+    let synonym = match written {
+        "radius" => "r",
+        "diameter" => "d",
+        "height" => "h",
+        "dimensions" | "dims" => "size",
+        _ => "",
+    };
+    let radius = radius_name(synonym).unwrap_or_default();
+    let has_synonym = names.iter().any(|name| [synonym, &radius].contains(name));
+    let suggestion = match has_synonym {
+        true => Some(synonym),
+        false => nearest(written, names.iter().copied()),
+    };
+    diagnose::suggest(diagnostic, span, suggestion)
+}
+
+/// Returns the span of a named argument with the comma before it, or after it if it is the first one.
+fn removed_argument(call: &Invocation<'_>, arg: usize, name: Span) -> Span {
+    let end = call.args[arg].span;
+    let is_in_brackets = |passed: &&PassedArg<'_>| passed.span.start > call.name_span.start;
+    let previous = arg.checked_sub(1).map(|index| &call.args[index]);
+    match (previous.filter(is_in_brackets), call.args.get(arg + 1)) {
+        (Some(previous), _) => previous.span.at_end().to(end),
+        (None, Some(next)) => {
+            let start = next.name.map_or(next.span, |ident| ident.span);
+            name.to(start.at_start())
+        }
+        (None, None) => name.to(end),
     }
 }
 

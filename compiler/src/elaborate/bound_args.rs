@@ -5,6 +5,7 @@
 //! current values, and become a check of the scene for later ones.
 
 use super::Elaborator;
+use super::angles;
 use super::arguments::{
     self, ArgSlot, ExpectedKind, Invocation, ParamSpec, arg_indices, kind_noun, without_article,
     wrong_type,
@@ -113,10 +114,15 @@ impl<'a> Elaborator<'a> {
         }
     }
 
-    /// Reports whether the first argument is a 2-D shape, so that vectors have two components.
+    /// Reports whether the first argument is a 2-D shape, so that vectors have two components. For a
+    /// `field` of the plane, they may have two.
     pub(crate) fn is_2d_call(&self, call: &Invocation<'a>) -> bool {
         let is_2d = |value: &Value<'a>| match value {
             Value::Shape(id) => self.shapes[id.0 as usize].is_2d,
+            function if call.name == "field" && function.takes_vec2() => {
+                let mut forms = call.args.iter().filter_map(|arg| components(&arg.value));
+                forms.any(|(form, _)| form == Form::Vector(2))
+            }
             _ => false,
         };
         match call.args.first().map(|arg| &arg.value) {
@@ -243,8 +249,28 @@ impl<'a> Elaborator<'a> {
         is_2d: bool,
     ) -> Option<BoundArg<'a>> {
         let got = self.describe(value);
-        let noun = kind_noun(param.kind, is_2d);
-        self.report(wrong_type(call, param.name, noun, &got, span));
+        let width = param.kind.width(is_2d);
+        let is_vector = matches!(components(value), Some((Form::Vector(_), _)));
+        if width < 2 || !is_vector {
+            let noun = kind_noun(param.kind, is_2d);
+            self.report(wrong_type(call, param.name, noun, &got, span));
+            return None;
+        }
+        let one_number = match param.kind.accepts_scalar() {
+            true => "one number or ",
+            false => "",
+        };
+        let message = format!(
+            "`{}` of `{}` is {one_number}a vec{width}, and this is {got}",
+            param.name, call.name
+        );
+        let mut diagnostic =
+            Diagnostic::error(codes::E0311, span, message).label(call.name_span, "");
+        if call.name == "field" && width == 3 {
+            diagnostic =
+                diagnostic.help("a field of the plane is written `field(fn(p: vec2) => …)`");
+        }
+        self.report(diagnostic);
         None
     }
 
@@ -393,9 +419,10 @@ impl<'a> Elaborator<'a> {
             "`{}` takes {noun} for `{}`, and this is {got}",
             call.name, param.name
         );
-        self.report(
-            Diagnostic::error(codes::E0303, span, message).label(call.name_span, signature),
-        );
+        let diagnostic =
+            Diagnostic::error(codes::E0303, span, message).label(call.name_span, signature);
+        let text = self.sources.slice(span);
+        self.report(angles::advise(diagnostic, number.quantity, text, span));
         None
     }
 

@@ -1,6 +1,7 @@
 //! Diagnostics: suggestions for misspelt names and names of other dialects, and a collection
 //! without duplicates.
 
+use sdfc_lang::ast::{Arg, Call, ExprKind};
 use sdfc_lang::{Diagnostic, DiagnosticCode, Span};
 use std::collections::HashSet;
 
@@ -130,7 +131,20 @@ pub(crate) fn dialect_advice(name: &str) -> Option<(Option<&'static str>, &'stat
         "vec" => advice("write `[x, y, z]`"),
         "float3" => replacement("vec3", "three numbers are a `vec3` here"),
         "float2" => replacement("vec2", "two numbers are a `vec2` here"),
-        "modulo" | "fmod" => advice("the remainder is written `a % b`"),
+        "mod" | "modulo" | "fmod" => advice("the remainder is written `a % b`"),
+        "mat2" | "mat3" | "mat4" => advice(
+            "there are no matrices: `shape.rotate(30deg, Y)` turns a shape, and `[dot(a, p), dot(b, p), dot(c, p)]` is \
+             the product of the rows `a`, `b`, `c` and `p`",
+        ),
+        "float" => advice("every number is a float: leave the call out"),
+        "int" => replacement("trunc", "the integer part is called `trunc` here"),
+        "fillet" | "rounded" | "roundover" => advice(
+            "a shape rounds its own edges, `box(1, round: 0.1)`; a fillet between two shapes is `a |[fillet, 0.1] b`",
+        ),
+        "chamfer" | "bevel" => advice(
+            "the edge between two shapes is chamfered by `a |[chamfer, 0.1] b`, `a -[chamfer, 0.1] b` or \
+             `a &[chamfer, 0.1] b`",
+        ),
         "PI" => replacement("pi", "it is called `pi` here"),
         "TAU" | "two_pi" => replacement("tau", "it is called `tau` here"),
         "t" | "iTime" | "u_time" | "Time" => replacement("time", "the time is called `time` here"),
@@ -145,6 +159,32 @@ pub(crate) fn dialect_advice(name: &str) -> Option<(Option<&'static str>, &'stat
         "None" | "null" | "nil" => advice("an empty shape is `nothing()`"),
         _ => None,
     }
+}
+
+/// Returns the edits that write a call of `mod` or `fmod` at a span as the operator `%`.
+pub(crate) fn remainder_edits(call: &Call, span: Span) -> Option<Vec<(Span, String)>> {
+    let name = call.callee.as_ident()?;
+    let [a, b] = call.args.as_slice() else {
+        return None;
+    };
+    let has_names = a.name.is_some() || b.name.is_some();
+    if !matches!(name.name.as_str(), "mod" | "modulo" | "fmod") || has_names {
+        return None;
+    }
+    let brackets = |arg: &Arg| match arg.value.kind {
+        ExprKind::Chain(_) | ExprKind::Range(_) | ExprKind::Lambda(_) => ("(", ")"),
+        _ => ("", ""),
+    };
+    let ((open_a, close_a), (open_b, close_b)) = (brackets(a), brackets(b));
+    let (first, second) = (a.value.span, b.value.span);
+    Some(vec![
+        (name.span.to(first.at_start()), format!("({open_a}")),
+        (
+            first.at_end().to(second.at_start()),
+            format!("{close_a} % {open_b}"),
+        ),
+        (second.at_end().to(span.at_end()), format!("{close_b})")),
+    ])
 }
 
 /// Describes an unknown name, with a suggestion or the equivalent of another dialect's name.

@@ -355,6 +355,12 @@ impl<'a> Elaborator<'a> {
                 let letters = &"xyzw"[..vector.len()];
                 diagnostic.help(format!("its components are `{letters}`, in any order"))
             }
+            Value::Number(_)
+                if let Some(number) = mistyped_number(self.sources.slice(span), name) =>
+            {
+                let text = format!("write `{number}`");
+                diagnostic.fix(span.to(suffix.name.span), number, text)
+            }
             _ if matches!(
                 self.lookup_name(env, name),
                 Some(Value::Function(_) | Value::Builtin(_))
@@ -590,4 +596,16 @@ fn swizzle<'a>(components: &[ScalarValue], name: &str, alphabets: &[&str]) -> Op
         [single] => Some(Value::Number(*single)),
         several => Vector::from_slice(several).map(Value::Vector),
     }
+}
+
+/// Returns the number that `1.f` or `1.e3` stands for in other languages.
+fn mistyped_number(digits: &str, field: &str) -> Option<String> {
+    if !digits.bytes().all(|byte| byte.is_ascii_digit()) {
+        return None;
+    }
+    let number = match field {
+        "f" | "F" => format!("{digits}.0"),
+        _ => format!("{digits}{field}"),
+    };
+    number.parse::<f64>().is_ok().then_some(number)
 }

@@ -3,11 +3,11 @@
 
 use super::arguments::{WORD_ARGUMENTS, word};
 use super::blocks::WORD_FIELDS;
-use super::diagnose::{Reports, unknown_name};
+use super::diagnose::{Reports, remainder_edits, unknown_name};
 use super::modules::ImportedModule;
 use super::vocabulary;
 use sdfc_lang::ast::{
-    Arg, Args, Body, Expr, ExprKind, File, FnParam, ItemKind, Path, StatementKind,
+    Arg, Args, Body, Call, Expr, ExprKind, File, FnParam, ItemKind, Path, StatementKind,
 };
 use sdfc_lang::{Diagnostic, Span, codes};
 use std::collections::HashMap;
@@ -228,7 +228,7 @@ impl<'a> NameChecker<'a, '_> {
             ExprKind::List(items) => items.iter().for_each(|item| self.expr(item)),
             ExprKind::Paren(inner) => self.expr(inner),
             ExprKind::Call(call) => {
-                self.path(&call.callee, "function");
+                self.callee(call, expr.span);
                 self.args(&call.args);
             }
             ExprKind::Postfix(postfix) => {
@@ -316,6 +316,20 @@ impl<'a> NameChecker<'a, '_> {
             }
         }
         vocabulary::static_name(name).is_some() || vocabulary::CONSTANTS.contains(&name)
+    }
+
+    fn callee(&mut self, call: &'a Call, span: Span) {
+        let name = call.callee.as_ident().map_or("", |name| &name.name);
+        let edits = remainder_edits(call, span);
+        match edits.filter(|_| !self.mark(name) && !self.module.defines(name)) {
+            Some(edits) => {
+                let message = format!("there is no function `{name}`");
+                let diagnostic = Diagnostic::error(codes::E0201, call.callee.span, message);
+                self.reports
+                    .push(diagnostic.fix_all(edits, "the remainder is written `a % b`"));
+            }
+            None => self.path(&call.callee, "function"),
+        }
     }
 
     fn path(&mut self, path: &'a Path, what: &str) {

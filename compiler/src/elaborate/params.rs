@@ -150,7 +150,7 @@ impl<'a> Elaborator<'a> {
                 }
             }
         }
-        if let Some(value) = self.override_value(&declared)? {
+        if let Some(value) = self.override_value(&declared, param)? {
             declared.value = value;
         }
         let param_index = self.params.len() as u32;
@@ -161,7 +161,11 @@ impl<'a> Elaborator<'a> {
     }
 
     /// Returns the numbers of a parameter that is overridden from outside; `None` if it is not.
-    fn override_value(&mut self, param: &SceneParam) -> Result<Option<Vec<f64>>, Abort> {
+    fn override_value(
+        &mut self,
+        param: &SceneParam,
+        definition: &ast::ParamDefinition,
+    ) -> Result<Option<Vec<f64>>, Abort> {
         let overrides = self.overrides;
         // The last override takes effect, as on a command line.
         let Some(override_) = overrides.iter().rev().find(|o| o.is_for(&param.name)) else {
@@ -204,7 +208,11 @@ impl<'a> Elaborator<'a> {
                 "`{}` is a whole number, and `{}` is not",
                 param.name, override_.text
             );
-            self.report(range_error(message));
+            let (low, high) = param.range.unwrap_or((f64::MIN, f64::MAX));
+            let example = numbers[0].round().max(low).min(high);
+            let help = format!("give a whole number such as `{}`", format_short(example));
+            let diagnostic = range_error(message).help(help);
+            self.report(allow_fractions(diagnostic, definition));
             return Ok(None);
         }
         if numbers.iter().any(|&n| !param.allows(n)) {
@@ -474,6 +482,20 @@ impl SceneParam {
             format_short(low),
             format_short(high)
         )
+    }
+}
+
+/// Adds the change of a definition after which a parameter of whole numbers accepts fractions.
+fn allow_fractions(diagnostic: Diagnostic, definition: &ast::ParamDefinition) -> Diagnostic {
+    let text = "or let the param have fractions";
+    match &definition.annotation {
+        Some(annotation) => diagnostic.fix(annotation.span, "float", text),
+        None if matches!(definition.value.kind, ExprKind::Number(_)) => {
+            diagnostic.fix(definition.value.span.at_end(), ".0", text)
+        }
+        None => {
+            diagnostic.help("a param without fractions has a value and a range of whole numbers")
+        }
     }
 }
 

@@ -313,6 +313,15 @@ impl Value<'_> {
             _ => false,
         }
     }
+    /// Reports whether the value is a function that is annotated to take a point of the plane.
+    pub(crate) fn takes_vec2(&self) -> bool {
+        let Value::Function(closure) = self else {
+            return false;
+        };
+        let first = closure.params.first();
+        let annotation = first.and_then(|param| param.annotation.as_ref());
+        annotation.is_some_and(|annotation| annotation.name == "vec2")
+    }
     /// Returns the number, if the value is one.
     pub(crate) fn as_number(&self) -> Option<ScalarValue> {
         match self {

@@ -218,6 +218,72 @@ const MISTAKES: &[(&str, &str)] = &[
         "a function that was not called",
         "let f = fn(r) => sphere(r);\nf | nothing",
     ),
+    (
+        "remainder as a function",
+        "field(fn(p) => length(vec3(mod(p.x + 1, 2.0), p.yz)) - fmod(3, 2))",
+    ),
+    (
+        "matrices",
+        "field(fn(p) => length(mat3(1, 0, 0, 0, 1, 0, 0, 0, 1) * p) - 1) | sphere(mat2(1))",
+    ),
+    ("casts", "sphere(float(1) + int(2.5))"),
+    ("numbers of other languages", "sphere(1.f) | box(1.e3)"),
+    ("fillet as a method", "box(1).fillet(0.2)"),
+    ("round as a method", "box(1).round(0.2)"),
+    (
+        "chamfer as a method",
+        "box(1).chamfer(0.2) | box(1).bevel(0.1)",
+    ),
+    (
+        "cylinder with two diameters",
+        "cylinder(h: 3, d1: 2, d2: 1)",
+    ),
+    (
+        "cylinder with one of two radii",
+        "cylinder(r1: 3, h: 2) | cylinder(r1: 3, d2: 2, h: 1)",
+    ),
+    (
+        "centred shapes",
+        "box([1, 2, 3], center: true) | box(center: true, size: 2) | circle(1).extrude(h: 3, center: false)",
+    ),
+    (
+        "synonyms of arguments",
+        "cylinder(radius: 1, height: 2) | sphere(diameter: 3)",
+    ),
+    (
+        "angle as a field",
+        "field(fn(p) => length(p) - 1 - atan2(p.z, p.x) / tau)",
+    ),
+    (
+        "angle in degrees as a field",
+        "field(fn(p) => { let a = atan2(p.z, p.x); length(p) - a * 180 / pi })",
+    ),
+    (
+        "angle alone as a field",
+        "field(fn(p) => atan2(p.z, p.x) - 1)",
+    ),
+    (
+        "angle over 6.28 as a radius",
+        "sphere(atan2(1, 2) / 6.28) | sphere(atan2(1, 2))",
+    ),
+    (
+        "angle as an annotated number",
+        "fn f(a: float) -> float = atan2(a, 1) / (2 * pi);\nsphere(f(1))",
+    ),
+    ("atan of two numbers", "box(1).rotate(atan(1, 2), X)"),
+    (
+        "number as a vector",
+        "field(fn(p) => dot(cross(p, 1), p + 1) + distance(p, 2) + dot(1, p.xy) - length(3))",
+    ),
+    (
+        "extent of the plane for a field of space",
+        "field(fn(p) => length(p) - 1, within: [40, 40])",
+    ),
+    (
+        "extent of four numbers",
+        "field(fn(p: vec2) => length(p) - 1, within: [1, 2, 3, 4])",
+    ),
+    ("size of two numbers", "box([1, 2])"),
     ("blend larger than a shape", "sphere(0.1) |[5] box(0.1)"),
     (
         "shapes that do not touch",
@@ -265,10 +331,55 @@ fn mistakes_are_explained() {
     insta::assert_snapshot!(text);
 }
 
+/// Texts of other languages that the corrections of the messages turn into scenes.
+const CORRECTABLE: &[&str] = &[
+    "field(fn(p) => length(vec3(mod(p.x + 1., 2.0), p.yz)) - 1.)",
+    "#define R 2\nfloat ball(vec3 p, float r) { return length(p) - r; }\nfield(fn(p) { ball(p, R) })",
+    "field(fn(p) -> float { let q = p * 1.0f; length(q) - 1.e0 })",
+    "field(lambda p: length(p) - 1.)",
+    "fn(d, s) { d + s }\nsphere(name(1, 2))",
+    "field(fn(p) => length(p) - 1 - 0.1 * floor(atan2(p.z, p.x) / tau))",
+    "field(fn(p) => length(p) - 0.01 * atan2(p.z, p.x) * 180 / pi)",
+    "sphere(1 + atan2(1, 2) / 6.28)",
+    "sphere(1).rotate(atan(1, 2), X)",
+    "translate([1, 2, 3]) rotate([0, 0, 90]) box(1);",
+    "difference() {\n    box(2);\n    translate([1, 0, 0]) rotate(45) sphere(1.3);\n}",
+    "color(#f00) translate([0, 0, 1]) { box(1, center = true); cylinder(h=3, r1=2, r2=1, center=true); }",
+    "cylinder(h: 3, d1: 2, d2: 1)",
+    "linear_extrude(5) circle(1);",
+    "mirror([1, 0, 0]) cube(2);",
+    "field(fn(p) => length(cross(p, 1)) - 1)",
+];
+
+#[test]
+fn corrections_of_other_languages_compile() {
+    for scene in CORRECTABLE {
+        let mut text = (*scene).to_owned();
+        for _ in 0..12 {
+            let (_, diagnostics, _) = build(&text, FILES, &[]);
+            let errors: Vec<_> = diagnostics.iter().filter(|d| d.is_error()).collect();
+            if errors.is_empty() {
+                break;
+            }
+            let fix = errors.iter().find_map(|error| error.fixes.first());
+            let Some(fix) = fix else { break };
+            let mut edits: Vec<_> = fix.edits.iter().collect();
+            edits.sort_by_key(|edit| std::cmp::Reverse(edit.span.start));
+            for edit in edits {
+                let range = edit.span.start as usize..edit.span.end as usize;
+                text.replace_range(range, &edit.replacement);
+            }
+        }
+        let (elaborated, diagnostics, sources) = build(&text, FILES, &[]);
+        let messages = rendered(diagnostics, &sources);
+        assert!(elaborated.is_some(), "{scene}\nbecame\n{text}\n{messages}");
+    }
+}
+
 #[test]
 fn values_from_outside_are_checked() {
-    let scene = "param goo = 0.3 in 0..1;\nparam n = 3 in 1..=5;\nparam turn = 30deg;\nparam tint = #ff8800;\nparam on = true;
-sphere(goo + n).rotate(turn, X).color(if on { tint } else { #fff })";
+    let scene = "param goo = 0.3 in 0..1;\nparam n = 3 in 1..=5;\nparam count: int = 3;\nparam turn = 30deg;\nparam tint = #ff8800;\nparam on = true;
+sphere(goo + n + count).rotate(turn, X).color(if on { tint } else { #fff })";
     let mut text = String::new();
     for override_ in [
         ("gooo", "0.5"),
@@ -281,6 +392,7 @@ sphere(goo + n).rotate(turn, X).color(if on { tint } else { #fff })";
         ("goo", "0.1 + 0.1"),
         ("n", "2.5"),
         ("n", "6"),
+        ("count", "4.3"),
         ("turn", "30"),
         ("tint", "red"),
         ("on", "1"),

@@ -3,6 +3,7 @@
 use super::{ErrorContext, Mistake, PLACEHOLDER_VALUE, Repair};
 use crate::codes;
 use crate::diagnostic::Diagnostic;
+use crate::lex::SpannedToken;
 use crate::token::Token;
 
 /// Explains the conditional operator of C: `c ? a : b`.
@@ -109,16 +110,60 @@ pub(super) fn assignment_in_call(context: &ErrorContext<'_, '_>) -> Option<Mista
         true => "settings use `:`",
         false => "named arguments use `:`",
     };
-    let (name, value) = (context.span(-1), context.span(1));
-    let equals = context.span(0);
-    let between = crate::span::Span::new(name.file, name.end, value.start.max(equals.end));
+    let signs = named_arguments(&context.tokens[..context.end], context.index);
+    let mut edits: Vec<_> = signs
+        .iter()
+        .map(|sign| {
+            let (name, value) = (sign - 1, sign + 1);
+            let gap = context.token_span(name).at_end();
+            let end = match value < context.end {
+                true => context.token_span(value).at_start(),
+                false => context.token_span(*sign).at_end(),
+            };
+            (gap.to(end), ": ".to_owned())
+        })
+        .collect();
+    let mut text = format!("write `{}: …`", context.slice(context.span(-1)));
+    let has = |names: [&str; 2]| {
+        signs
+            .iter()
+            .any(|sign| names.contains(&context.slice(context.token_span(sign - 1))))
+    };
+    let has_two_radii = has(["r1", "d1"]) && has(["r2", "d2"]);
+    if called == Some(Token::Name("cylinder")) && has_two_radii {
+        edits.insert(0, (context.token_span(opener - 1), "cone".to_owned()));
+        text += "; with two radii, it is a `cone`";
+    }
     Some(Mistake {
-        diagnostic: Diagnostic::error(codes::E0117, equals, message)
+        diagnostic: Diagnostic::error(codes::E0117, context.span(0), message)
             .primary("`=` introduces names")
-            .fix(between, ": ", format!("write `{}: …`", context.slice(name))),
+            .fix_all(edits, text),
         index: context.index,
-        repair: Repair::Replace(Token::Colon),
+        repair: Repair::NameArguments,
     })
+}
+
+/// Returns the indices of the `=` after names of arguments, from a first one to the end of its brackets.
+pub(crate) fn named_arguments(tokens: &[SpannedToken<'_>], first: usize) -> Vec<usize> {
+    let mut signs = vec![first];
+    let mut depth = 0;
+    for index in first + 1..tokens.len() {
+        match tokens[index].1 {
+            token if token.closer().is_some() => depth += 1,
+            token if token.is_closer() => depth -= 1,
+            Token::Assign if depth == 0 => {
+                let before = [tokens[index - 2].1, tokens[index - 1].1];
+                if let [Token::Comma, Token::Name(_)] = before {
+                    signs.push(index);
+                }
+            }
+            _ => {}
+        }
+        if depth < 0 {
+            break;
+        }
+    }
+    signs
 }
 
 /// Explains `=` in the condition of an `if`: `if a = 1 { … }`.
@@ -172,31 +217,6 @@ pub(super) fn comparison_for_assignment(context: &ErrorContext<'_, '_>) -> Optio
     })
 }
 
-const MISSING_FN_MESSAGE: &str = "a lambda begins with `fn`";
-
-/// Explains a lambda without `fn`: `p => …`, `(p) => …`.
-pub(super) fn fat_arrow(context: &ErrorContext<'_, '_>) -> Option<Mistake> {
-    if context.token_at(0)? != Token::FatArrow {
-        return None;
-    }
-    let diagnostic = Diagnostic::error(codes::E0131, context.span(0), MISSING_FN_MESSAGE);
-    let diagnostic = match (context.token_at(-1), context.relative_index(-1)) {
-        (Some(Token::Name(name)), _) => {
-            diagnostic.fix(context.span(-1), format!("fn({name})"), "write `fn`")
-        }
-        (Some(Token::CloseParen), Some(close)) => match context.opener(close) {
-            Some(open) => diagnostic.fix(context.token_span(open).at_start(), "fn", "write `fn`"),
-            None => diagnostic,
-        },
-        _ => diagnostic,
-    };
-    Some(Mistake {
-        diagnostic,
-        index: context.index,
-        repair: Repair::RemoveStatement,
-    })
-}
-
 /// Explains assignments to a name or a component that exists: `a += 1`, `a.b = 1`.
 pub(super) fn mutation(context: &ErrorContext<'_, '_>) -> Option<Mistake> {
     let changes = match context.token_at(0)? {
@@ -241,13 +261,19 @@ pub(super) fn tuple(context: &ErrorContext<'_, '_>) -> Option<Mistake> {
     let close = (context.index..context.end).find(|index| {
         context.tokens[*index].1 == Token::CloseParen && context.opener(*index) == Some(open)
     })?;
-    let is_lambda = context.tokens.get(close + 1).map(|word| word.1) == Some(Token::FatArrow);
+    let arrow = close + 1;
+    let is_lambda = matches!(
+        context.tokens.get(arrow).map(|word| word.1),
+        Some(Token::FatArrow | Token::ThinArrow)
+    );
     let (open, close) = (context.token_span(open), context.token_span(close));
     let diagnostic = match is_lambda {
-        true => Diagnostic::error(codes::E0131, open, MISSING_FN_MESSAGE).fix(
-            open.at_start(),
-            "fn",
-            "write `fn`",
+        true => super::lambdas::missing_fn_error(open).fix_all(
+            [
+                (open.at_start(), "fn".to_owned()),
+                (context.token_span(arrow), "=>".to_owned()),
+            ],
+            "write `fn(…) => …`",
         ),
         false => Diagnostic::error(codes::E0132, open.to(close), "a list stands in `[ ]`").fix_all(
             [(open, "[".to_owned()), (close, "]".to_owned())],

@@ -31,6 +31,15 @@ fn words() {
         "let größe = 2;\nlet a = 1;",
         "let a = 1 @ 2;",
         "let name = “text”;",
+        "sphere(1.0f) | box(1f)",
+        "#define N 3 // rounds\nsphere(N)",
+        "#define sq(x) (x * x)\nsphere(sq(2))",
+        "#ifdef FAST\nsphere(1)",
+        "sphere(1, $fn = 100)",
+        "sphere(1.)",
+        "box(1., 2., 3.).translate(-1.*2, 0, 4. / 2)",
+        "param a = 1. in 0. .. 2.;\nsphere(a)",
+        "sphere(1. - .5)",
     ]));
 }
 
@@ -123,6 +132,51 @@ fn operators() {
         "sphere 1",
         "a | b - c",
         "a - b |[0.1] c & d - e",
+        "cylinder(h=3, r1=2, r2=1)",
+        "cylinder(h=[1, f(a, b = 2)], d1 = 2).translate(by = 1)",
+    ]));
+}
+
+#[test]
+fn lambdas() {
+    insta::assert_snapshot!(render_messages(&[
+        "field(fn(p) { let q = p; length(q) - 1 })",
+        "let f = fn(d, s) { d + s };\nsphere(f(1, 2))",
+        "fn(d, s) { d + s }",
+        "field(fn(p) -> float { length(p) - 1 })",
+        "field(fn(p): float => length(p) - 1)",
+        "let f = fn(p) -> length(p) - 1;\nlet g = fn(p) = p.x;\nlet h = fn(p): p.x;\nlet i = fn(p) -p.x;",
+        "field((a, b) -> a);\nlet g = p -> p.x;",
+        "let f = |p| length(p) - 1;\nfield(|p: vec3| p.x)",
+        "let f = lambda a, b: a + b;\nfield(f)",
+    ]));
+}
+
+#[test]
+fn shading_languages() {
+    insta::assert_snapshot!(render_messages(&[
+        "float sdBox(vec3 p, vec3 b) { return length(p) - b.x; }\nsphere(1)",
+        "vec2 f(in vec2 p, const float r) { vec2 q = p; return q * r; }\nsphere(1)",
+        "void mainImage(out vec4 color, in vec2 at) { color = vec4(1.); }\nsphere(1)",
+        "float f(vec3 p[2]) { p[0].x }\nsphere(1)",
+    ]));
+}
+
+#[test]
+fn transforms_before_their_shapes() {
+    insta::assert_snapshot!(render_messages(&[
+        "translate(x, y, z) box(1)",
+        "translate([1, 2, 3]) box(1);",
+        "translate([1, 2, 3])\n    rotate([0, -90, 45.5])\n    box(1).scale(2);",
+        "rotate(90) parts::bolt(2) | sphere(1)",
+        "let a = mirror([1, 0, 0]) rotate(30deg) box(1);",
+        "linear_extrude(5) circle(1);",
+        "color(#f00) {\n    box(1);\n    sphere(2);\n}",
+        "difference() { box(2); sphere(1.2); translate([1, 0, 0]) box(1); }",
+        "translate([0, 0, 1]) union() { box(2); sphere(1.2); }",
+        "union() { let a = 1; box(a); }",
+        "translate(base, 1, 2, 3)\nbox(1)",
+        "union(a, b) sphere(1)",
     ]));
 }
 

@@ -16,7 +16,7 @@ const REMAINING: [(&str, &str, usize); 21] = [
     (
         "compiler/src/elaborate/arguments.rs",
         "mismatch_diagnostic",
-        127,
+        119,
     ),
     ("compiler/src/elaborate/builtins/csg.rs", "csg_links", 112),
     ("compiler/src/lower.rs", "shape_without_underlay", 120),

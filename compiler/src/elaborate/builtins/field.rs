@@ -2,6 +2,7 @@
 
 use crate::analysis::extent::extent;
 use crate::elaborate::Elaborator;
+use crate::elaborate::angles;
 use crate::elaborate::arguments::count_noun;
 use crate::elaborate::bound_args::BoundArgs;
 use crate::elaborate::constness::Demand;
@@ -29,7 +30,7 @@ impl<'a> Elaborator<'a> {
     pub(crate) fn field_shape(&mut self, bound: BoundArgs<'a>) -> EvalResult<'a> {
         let function = bound.value(0).clone();
         let [x, y, z] = self.coordinates();
-        let is_2d = takes_vec2(&function);
+        let is_2d = function.takes_vec2();
         let point = if is_2d {
             Vector::from_slice(&[x, y])
         } else {
@@ -57,7 +58,11 @@ impl<'a> Elaborator<'a> {
             return Ok(Value::Shape(self.add(kind, is_2d, bound.span)));
         }
         // A field with `within` is intersected with that box.
-        let size = bound.vector(2);
+        let mut size = bound.vector(2);
+        if bound.is_2d {
+            // Two numbers were given.
+            size[2] = size[0];
+        }
         let region =
             Bounds::centred(size.map(|id| self.current_value(id) / 2.0)).intersection(&extent);
         let field = self.add(
@@ -99,12 +104,28 @@ impl<'a> Elaborator<'a> {
     ) -> Result<Option<ExprId>, Abort> {
         let Some(point) = point else { return Ok(None) };
         let value = self.call_at_point(function, [Value::Vector(point)], span)?;
+        let argument = span;
+        // Of a lambda, the value has a place of its own.
+        let span = match function {
+            Value::Function(closure) if span.contains(closure.body.result.span) => {
+                closure.body.result.span
+            }
+            _ => span,
+        };
         match value {
             Value::Number(number) if number.quantity != Quantity::Angle => Ok(Some(number.id)),
             Value::Poison => Ok(None),
             Value::Shape(_) => {
                 let message = "this function gives a shape, and a number is required";
                 self.report(Diagnostic::error(codes::E0301, span, message));
+                Ok(None)
+            }
+            Value::Number(angle) => {
+                let message = "this function of the point must give a number, and this is an angle";
+                let diagnostic = Diagnostic::error(codes::E0301, span, message);
+                let text = self.sources.slice(argument);
+                let diagnostic = angles::advise(diagnostic, angle.quantity, text, argument);
+                self.report(diagnostic);
                 Ok(None)
             }
             other => {
@@ -365,18 +386,5 @@ impl<'a> Elaborator<'a> {
         let is_2d = self.shapes[child.0 as usize].is_2d;
         let kind = ShapeKind::Painted { child, material };
         Ok(Value::Shape(self.add(kind, is_2d, bound.span)))
-    }
-}
-
-/// Reports whether a function is annotated to take a point of the plane.
-fn takes_vec2(function: &Value<'_>) -> bool {
-    match function {
-        Value::Function(closure) => closure.params.first().is_some_and(|param| {
-            param
-                .annotation
-                .as_ref()
-                .is_some_and(|annotation| annotation.name == "vec2")
-        }),
-        _ => false,
     }
 }

@@ -2,6 +2,7 @@
 
 use crate::elaborate::Elaborator;
 use crate::elaborate::arguments::{Invocation, PassedArg, count_noun};
+use crate::elaborate::diagnose::dialect_advice;
 use crate::elaborate::numbers::{Form, assemble_value, components};
 use crate::elaborate::value::{EvalResult, Quantity, ScalarValue, Value};
 use crate::expression::ExprId;
@@ -104,6 +105,16 @@ impl MathRow {
 impl<'a> Elaborator<'a> {
     /// Evaluates a call of a function that is an operation of the table.
     pub(crate) fn math(&mut self, row: &MathRow, call: &Invocation<'a>) -> Value<'a> {
+        if let Some(shape) = call.args.first().filter(|arg| arg.value.is_shape()) {
+            let what = self.describe(&shape.value);
+            let message = format!("`{}` takes numbers, and this is {what}", call.name);
+            let mut diagnostic = Diagnostic::error(codes::E0301, shape.span, message);
+            if let (Op::Round, Some((_, advice))) = (row.op, dialect_advice("rounded")) {
+                diagnostic = diagnostic.help(advice);
+            }
+            self.report(diagnostic);
+            return Value::Poison;
+        }
         if self.has_wrong_arg_count(call, row.arity..=row.arity) {
             return Value::Poison;
         }
@@ -202,7 +213,12 @@ impl<'a> Elaborator<'a> {
             None => (codes::E0204, call.name_span),
         };
         let message = format!("`{name}` takes {requirement}, and {passed} are given");
-        self.report(Diagnostic::error(code, span, message));
+        let mut diagnostic = Diagnostic::error(code, span, message);
+        if name == "atan" && passed == 2 {
+            let text = "the angle of a vector is `atan2(y, x)`";
+            diagnostic = diagnostic.fix(call.name_span, "atan2", text);
+        }
+        self.report(diagnostic);
         true
     }
 

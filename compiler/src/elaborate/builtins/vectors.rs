@@ -19,10 +19,19 @@ impl<'a> Elaborator<'a> {
             return None;
         }
         let (form, args) = self.common_form(call)?;
-        if form == Form::Scalar {
-            let message = format!("`{}` takes vectors", call.name);
-            let span = call.args.first().map_or(call.span, |arg| arg.span);
-            self.report(Diagnostic::error(codes::E0301, span, message));
+        // A number stands for a vector of equal components in arithmetic, but not here.
+        if let Some(scalar) = call.args.iter().find(|arg| arg.value.as_number().is_some()) {
+            let message = format!("`{}` takes vectors, and this is a number", call.name);
+            let diagnostic = Diagnostic::error(codes::E0301, scalar.span, message);
+            self.report(match form {
+                Form::Vector(len) => {
+                    let text = self.sources.slice(scalar.span);
+                    let vector = format!("vec{len}({text})");
+                    let help = format!("write `{vector}`, if all components are equal");
+                    diagnostic.fix(scalar.span, vector, help)
+                }
+                Form::Scalar | Form::Color => diagnostic,
+            });
             return None;
         }
         Some((form, args))
