@@ -133,7 +133,7 @@ fn lower_for(
     };
     let root = lowering.shape(shape, LocalPoint::world(world), ValueUse::Step);
     lowering.graph.root = root;
-    lowering.warn_refuted_slopes();
+    lowering.warn_refuted_slopes(shape);
     (lowering.graph, lowering.leaf_tracker, lowering.diagnostics)
 }
 

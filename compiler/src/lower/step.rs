@@ -29,6 +29,8 @@ const MAX_UNIT_RATIO: f64 = 1.0 + 1e-9;
 const BEYOND_ALL_RAYS: f32 = 1e9;
 /// Minimum slope: a flatter shape has no surface that `f32` could find.
 const MIN_SLOPE: f64 = 1e-18;
+/// Maximum slope that a message advises to state: steps for a greater one are too short to be useful.
+const MAX_STATED_SLOPE: f64 = 1e3;
 /// Minimum ratio of two bounds for the smaller one to be used.
 const MIN_IMPROVEMENT: f64 = 1.25;
 /// Half side of a cube, in sizes of the scene. A finite shape that extends beyond it is treated as
@@ -224,12 +226,23 @@ impl Lowering<'_> {
 
     /// Reports whether a shape contains discontinuous operations.
     fn contains_discontinuities(&self, id: ShapeId) -> bool {
-        let (mut visited, mut pending) = (HashSet::from([id]), vec![id]);
-        while let Some(id) = pending.pop() {
-            let kind = &self.scene.shapes[id.0 as usize].kind;
+        self.find_shape(id, |_, kind| {
             let is_discontinuous =
                 |&number: &ExprId| has_discontinuities(&self.scene.expressions, number);
-            if numbers(kind).iter().any(is_discontinuous) {
+            numbers(kind).iter().any(is_discontinuous)
+        })
+    }
+
+    /// Reports whether a condition holds for a shape or for one below it.
+    fn find_shape(
+        &self,
+        root: ShapeId,
+        mut condition: impl FnMut(ShapeId, &ShapeKind) -> bool,
+    ) -> bool {
+        let (mut visited, mut pending) = (HashSet::from([root]), vec![root]);
+        while let Some(id) = pending.pop() {
+            let kind = &self.scene.shapes[id.0 as usize].kind;
+            if condition(id, kind) {
                 return true;
             }
             pending.extend(
@@ -361,12 +374,25 @@ impl Lowering<'_> {
         let guess = self.slopes.estimate(scene_ref, self.boxes, id, region);
         if self.unbounded.insert(id) {
             let shape = &self.scene.shapes[id.0 as usize];
-            let (may_state_slope, may_state_end) = match &shape.kind {
-                ShapeKind::Field { slope, region, .. } => (slope.is_none(), !region.is_finite()),
-                _ => (false, false),
+            let (sampled_slope, may_state_end) = match &shape.kind {
+                ShapeKind::Field {
+                    value,
+                    slope: None,
+                    region,
+                } => (
+                    self.slopes.steepest_near(scene_ref, self.boxes, id, *value),
+                    !region.is_finite(),
+                ),
+                ShapeKind::Field { region, .. } => (None, !region.is_finite()),
+                _ => (None, false),
             };
+            // A stated bound above the sampled slopes is not refuted by them.
+            let bound = sampled_slope.map(|(slope, _)| (slope * 1.1).ceil());
+            let bound = bound.filter(|bound| *bound <= MAX_STATED_SLOPE);
+            let stated_slope =
+                bound.map(|bound| format!("state a bound, `field(…, lipschitz: {bound})`"));
             let advice = [
-                may_state_slope.then_some("state a bound, `field(…, lipschitz: 2)`"),
+                stated_slope.as_deref(),
                 may_state_end.then_some("state where the shape ends, `field(…, within: 4)`"),
                 Some("keep away from poles with `max`"),
             ];
@@ -377,8 +403,26 @@ impl Lowering<'_> {
         guess.clamp(MIN_SLOPE, MAX_SLOPE)
     }
 
-    /// Warns of declared slopes that do not hold.
-    pub(super) fn warn_refuted_slopes(&mut self) {
+    /// Warns of declared slopes of a shape and of those below it that do not hold, even where no bound is
+    /// used.
+    pub(super) fn warn_refuted_slopes(&mut self, root: ShapeId) {
+        let mut declared = Vec::new();
+        self.find_shape(root, |id, kind| {
+            if let ShapeKind::Field {
+                value,
+                slope: Some(slope),
+                ..
+            } = kind
+            {
+                declared.push((id, *value, *slope));
+            }
+            false
+        });
+        for (id, value, slope) in declared {
+            let scene_ref = SceneRef::from(&*self.scene);
+            self.slopes
+                .find_refutation(scene_ref, self.boxes, id, value, slope);
+        }
         for (id, refuted) in self.slopes.refuted_slopes() {
             let RefutedSlope {
                 declared,
@@ -398,9 +442,11 @@ impl Lowering<'_> {
                     ),
                 )
                 .primary(format!(
-                    "its slope is {slope} at {point_text}, so another bound is used"
+                    "its slope is {slope} at {point_text}, so the stated bound is not used"
                 ))
-                .help("leave `lipschitz` out: a bound is found where there is one"),
+                .help(format!(
+                    "leave `lipschitz` out: a bound is found where there is one. A stated bound is at least {slope}"
+                )),
             );
         }
     }

@@ -310,7 +310,7 @@ impl ShapeSlopes {
     }
 
     /// Returns a sample point at which a field is steeper than the scene declares, if there is one.
-    fn find_refutation(
+    pub(crate) fn find_refutation(
         &mut self,
         scene: SceneRef<'_>,
         boxes: &mut ShapeBounds,
@@ -322,8 +322,8 @@ impl ShapeSlopes {
             return *cached;
         }
         let declared = self.range(scene, slope).hi;
-        let region = self.sampled_region(&near_region(&boxes.get(scene, id)));
-        let refuted = steepest_sample(scene.expressions, &[value], &region, &self.ranges)
+        let refuted = self
+            .steepest_near(scene, boxes, id, value)
             .filter(|(slope, _)| *slope > declared * MIN_REFUTING_RATIO)
             .map(|(slope, point)| RefutedSlope {
                 declared,
@@ -332,6 +332,18 @@ impl ShapeSlopes {
             });
         self.tested.insert(id, refuted);
         refuted
+    }
+
+    /// Returns the greatest slope of a field's value at points sampled near its shape, and its point.
+    pub(crate) fn steepest_near(
+        &self,
+        scene: SceneRef<'_>,
+        boxes: &mut ShapeBounds,
+        id: ShapeId,
+        value: ExprId,
+    ) -> Option<(f64, [f64; 3])> {
+        let region = self.sampled_region(&near_region(&boxes.get(scene, id)));
+        steepest_sample(scene.expressions, &[value], &region, &self.ranges)
     }
 
     /// Returns the part of a region in which points are sampled.
