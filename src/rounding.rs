@@ -4,6 +4,7 @@ use crate::scene::OpenedScene;
 use sdfc_runtime::render::RenderSettings;
 use sdfc_runtime::rounding::{ErrorBound, FAR_SAMPLE_DISTANCE, Rounding, rounding, visible_error};
 use sdfc_runtime::settings::{Overrides, resolve};
+use sdfc_vm::bounds::Bounds;
 use serde_json::{Value, json};
 
 /// Error in pixels above which there is a warning.
@@ -66,21 +67,24 @@ fn pixels(number: f64) -> String {
 }
 
 /// Returns a warning that rounding is visible, with advice.
-pub(crate) fn warning(rounding: &Rounding) -> Option<String> {
-    visible_error_warning(rounding.visible)
+pub(crate) fn warning(opened: &OpenedScene, rounding: &Rounding) -> Option<String> {
+    visible_error_warning(opened, rounding.visible)
 }
 
 /// Returns that warning for a picture with these settings.
 pub(crate) fn warning_in(opened: &OpenedScene, settings: &RenderSettings) -> Option<String> {
-    visible_error_warning(visible_error(
-        opened.module(),
-        &opened.uniform_values,
-        settings,
-    ))
+    let error = visible_error(opened.module(), &opened.uniform_values, settings);
+    visible_error_warning(opened, error)
 }
 
-fn visible_error_warning(error: Option<ErrorBound>) -> Option<String> {
+fn visible_error_warning(opened: &OpenedScene, error: Option<ErrorBound>) -> Option<String> {
     let worst = error.filter(|worst| worst.largest_found > MIN_VISIBLE_PIXELS)?;
+    if let Some(size) = tiny_size(&opened.module().settings.bounds) {
+        return Some(format!(
+            "the scene is {size:.0e} large: f32 cannot represent the squares of such lengths, so surfaces move or \
+             vanish. Measure its lengths in a smaller unit, so that the scene is about 1 large"
+        ));
+    }
     if worst.is_unbounded {
         return Some(
             "the field overflows f32, as high powers do, and the picture may show surfaces that do not exist: \
@@ -99,6 +103,14 @@ fn visible_error_warning(error: Option<ErrorBound>) -> Option<String> {
          camera nearer to the origin, or enlarge the scene without moving it farther away",
         pixels(worst.largest_found)
     ))
+}
+
+/// Returns the size of a scene that is too small for `f32`: the squares of its lengths are not normal numbers,
+/// or have fewer digits.
+fn tiny_size(bounds: &Bounds) -> Option<f64> {
+    let size = 2.0 * bounds.half_diagonal();
+    let min_size = f64::from(f32::MIN_POSITIVE / f32::EPSILON).sqrt();
+    (bounds.is_finite() && !bounds.is_empty() && size < min_size).then_some(size)
 }
 
 /// Returns the facts as JSON, which has no infinity: unknown numbers are null.

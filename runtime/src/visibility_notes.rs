@@ -8,7 +8,7 @@ use crate::settings::finite_bounds;
 use glam::DVec3;
 use sdfc_shaders::marching;
 use sdfc_vm::bounds::Bounds;
-use sdfc_vm::evaluate::evaluate;
+use sdfc_vm::evaluate::{evaluate, evaluate_f64};
 use sdfc_vm::program::Module;
 use sdfc_vm::vector::V3;
 
@@ -28,7 +28,10 @@ pub fn notes(module: &Module, settings: &RenderSettings, stats: &Stats) -> Vec<S
     let camera_field = field_at(module, from);
     let is_inside = !settings.is_2d
         && match settings.view.lens {
-            ResolvedLens::Perspective(_) => camera_field < 0.0,
+            // A negative value that is due to rounding is no solid.
+            ResolvedLens::Perspective(_) => {
+                camera_field < 0.0 && evaluate_f64(&module.distance, from) < 0.0
+            }
             ResolvedLens::Orthographic(_) => stats.inside > 0 && stats.hits == 0,
         };
     if is_inside {

@@ -79,7 +79,7 @@ fn check(path: &Path, build: &BuildArgs) -> Result<OpenResult<Vec<String>>, Fail
             let error = rounding::for_scene(&opened);
             error
                 .as_ref()
-                .and_then(rounding::warning)
+                .and_then(|error| rounding::warning(&opened, error))
                 .into_iter()
                 .collect()
         }),

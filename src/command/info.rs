@@ -37,7 +37,10 @@ pub(crate) fn run(arguments: &Arguments, terminal: &Terminal) -> Result<(), Fail
     } else {
         output::print(page(&opened, rounding_error.as_ref()))?;
     }
-    if let Some(warning) = rounding_error.as_ref().and_then(rounding::warning) {
+    if let Some(warning) = rounding_error
+        .as_ref()
+        .and_then(|error| rounding::warning(&opened, error))
+    {
         terminal.warning(&warning);
     }
     Ok(())

@@ -252,8 +252,11 @@ fn summary(
 fn out_of_memory(cells: u64) -> String {
     match cells {
         0 => String::new(),
-        1 => ", 1 cell kept its parent's program: out of memory".to_owned(),
-        cells => format!(", {cells} cells kept their parent's program: out of memory"),
+        1 => ", 1 cell was not simplified, since memory ran out: slower, but the same picture"
+            .to_owned(),
+        cells => format!(
+            ", {cells} cells were not simplified, since memory ran out: slower, but the same picture"
+        ),
     }
 }
 
@@ -306,11 +309,11 @@ mod tests {
         assert_eq!(out_of_memory(0), "");
         assert_eq!(
             out_of_memory(1),
-            ", 1 cell kept its parent's program: out of memory"
+            ", 1 cell was not simplified, since memory ran out: slower, but the same picture"
         );
         assert_eq!(
             out_of_memory(607),
-            ", 607 cells kept their parent's program: out of memory"
+            ", 607 cells were not simplified, since memory ran out: slower, but the same picture"
         );
     }
 }

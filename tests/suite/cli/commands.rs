@@ -178,6 +178,25 @@ fn detail_hidden_by_rounding_is_a_warning() {
     assert_eq!(rounding["afar"]["distance"], 10_000.0);
 }
 
+/// The squares of lengths of 1e-25 vanish in single precision, so that the field is negative everywhere.
+#[test]
+fn a_scene_too_small_for_single_precision_is_a_warning() {
+    for size in ["1e-18", "1e-25"] {
+        let sandbox = Sandbox::with_scene(&format!("sphere({size})"));
+        for run in [
+            "check scene.sdf",
+            "render scene.sdf -o out.png --size 32x18 --engine cpu",
+        ] {
+            let warnings = sandbox.run(run).ok().stderr;
+            assert!(
+                warnings.contains("large: f32 cannot represent"),
+                "{warnings}"
+            );
+            assert!(!warnings.contains("camera"), "{warnings}");
+        }
+    }
+}
+
 #[test]
 fn ops_is_the_reference() {
     let sandbox = Sandbox::new();
