@@ -54,7 +54,7 @@ pub(crate) fn folders() -> Vec<PathBuf> {
 }
 
 /// Returns all compared scenes: those of strangers and those of the repository.
-fn cases() -> Vec<PathBuf> {
+pub(crate) fn cases() -> Vec<PathBuf> {
     let ours = ["examples", "tests/scenes", "tests/hard"].map(PathBuf::from);
     let all = folders().into_iter().chain(ours);
     all.flat_map(|folder| scenes(&folder.to_string_lossy()))

@@ -91,12 +91,17 @@ fn unproved_hits_have_the_normals_of_the_field() {
     assert!(others < 10, "{others} normals are others");
 }
 
-/// With fewer steps than the default, rays of four examples did not terminate.
+/// With fewer steps than the default, rays of four examples did not terminate. The long form draws all scenes of the
+/// tests, too.
 #[test]
 fn every_ray_of_the_examples_ends() {
     let mut left = Vec::new();
     let mut engine = open(EngineKind::Cpu).expect("the CPU draws");
-    for path in scenes("examples") {
+    let paths = match std::env::var_os("SDFC_LONG") {
+        Some(_) => crate::strangers::cases(),
+        None => scenes("examples"),
+    };
+    for path in paths {
         let mut compiled = on_large_stack(|| compiled(&path, PassOptions::default()));
         let uniform_values = compiled.module.update(0.0);
         let source = compiled.generated();
