@@ -493,15 +493,10 @@ fn verification_errors(module: &Module, span: Span) -> Vec<Diagnostic> {
 fn failed_checks(scene: &Scene, module: &Module, uniform_values: &[f64]) -> Vec<Diagnostic> {
     let checks = module.settings.checks.iter().zip(&scene.checks);
     checks
-        .filter(|(check, _)| {
-            let value = check.value.value(uniform_values);
-            if check.strict {
-                value.is_nan() || value <= 0.0
-            } else {
-                value.is_nan() || value < 0.0
-            }
+        .filter_map(|(check, from)| {
+            let message = check.failure(uniform_values)?;
+            Some(Diagnostic::error(codes::E0504, from.span, message))
         })
-        .map(|(check, from)| Diagnostic::error(codes::E0504, from.span, check.message.clone()))
         .collect()
 }
 

@@ -241,8 +241,9 @@ fn definition(macro_text: &str) -> Option<String> {
         }
         false => ("let", "", rest),
     };
-    let is_definition = !name.is_empty() && !value.trim().is_empty();
-    is_definition.then(|| format!("{keyword} {name}{parameters} = {};", value.trim()))
+    let value = value.trim().trim_end_matches(';').trim_end();
+    let is_definition = !name.is_empty() && !value.is_empty() && !value.ends_with('\\');
+    is_definition.then(|| format!("{keyword} {name}{parameters} = {value};"))
 }
 
 fn color_error(word: &str) -> String {

@@ -224,19 +224,11 @@ pub fn fit(view: View, bounds: &Bounds, aspect: f64, is_2d: bool) -> View {
 
 /// Checks all conditions of the scene.
 pub fn check(settings: &Settings, uniform_values: &[f64]) -> Result<(), SettingsError> {
-    for check in &settings.checks {
-        let value = check.value.value(uniform_values);
-        // NaN violates both conditions.
-        let holds = if check.strict {
-            value > 0.0
-        } else {
-            value >= 0.0
-        };
-        if !holds {
-            return Err(SettingsError::Check(check.message.clone()));
-        }
+    let mut failures = settings.checks.iter();
+    match failures.find_map(|check| check.failure(uniform_values)) {
+        Some(message) => Err(SettingsError::Check(message)),
+        None => Ok(()),
     }
-    Ok(())
 }
 
 fn camera<'a>(

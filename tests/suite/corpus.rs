@@ -31,6 +31,15 @@ pub(crate) fn scenes(folder: &str) -> Vec<PathBuf> {
     paths
 }
 
+/// Returns the scenes of `tests/scenes` and the examples. The short form has every second one, from index `first`.
+pub(crate) fn scenes_on_gpu(first: usize) -> Vec<PathBuf> {
+    let all = ["tests/scenes", "examples"].into_iter().flat_map(scenes);
+    match std::env::var_os("SDFC_LONG") {
+        Some(_) => all.collect(),
+        None => all.skip(first).step_by(2).collect(),
+    }
+}
+
 /// Returns the name of a scene.
 pub(crate) fn name(path: &Path) -> String {
     path.file_stem()

@@ -1,7 +1,7 @@
 //! The interpreter with generic kernels, which run every scene. It draws the same pictures as the one
 //! with specialised kernels and creates no pipelines per scene.
 
-use crate::corpus::{compiled, compiled_text, on_large_stack, scenes};
+use crate::corpus::{compiled, compiled_text, on_large_stack, scenes_on_gpu};
 use sdfc_compiler::passes::PassOptions;
 use sdfc_runtime::engine::{Engine, EngineKind, SceneInput, open_generic, open_on};
 use sdfc_runtime::gpu::{AdapterPreference, Gpu};
@@ -75,14 +75,14 @@ fn draw(engine: &mut dyn Engine, settings: &RenderSettings) -> Image {
 }
 
 #[test]
-fn every_scene_runs_in_the_kernels_that_are_there() {
+fn scenes_run_in_the_kernels_that_are_there() {
     let Some([mut generic, mut specialized]) = engines(&[Mode::Shaded]) else {
         return;
     };
     let pipelines = generic.pipelines_created();
     let mut failures = Vec::new();
-    for path in scenes("tests/scenes").iter().chain(&scenes("examples")) {
-        let mut compiled = on_large_stack(|| compiled(path, PassOptions::default()));
+    for path in scenes_on_gpu(1) {
+        let mut compiled = on_large_stack(|| compiled(&path, PassOptions::default()));
         let uniform_values = compiled.module.update(0.0);
         let module = &compiled.module;
         load(&mut *generic, module, &uniform_values);

@@ -94,7 +94,7 @@ fn unproved_hits_have_the_normals_of_the_field() {
 /// With fewer steps than the default, rays of four examples did not terminate. The long form draws all scenes of the
 /// tests, too.
 #[test]
-fn every_ray_of_the_examples_ends() {
+fn every_ray_of_a_scene_ends() {
     let mut left = Vec::new();
     let mut engine = open(EngineKind::Cpu).expect("the CPU draws");
     let paths = match std::env::var_os("SDFC_LONG") {

@@ -148,6 +148,9 @@ pub enum ParamKind {
     Vec3,
 }
 
+/// Maximum magnitude of a number of a shape, for which squares stay finite in `f32`. Quotients by zero have it.
+pub const MAX_MAGNITUDE: f64 = 1e18;
+
 /// A condition on a number.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Check {
@@ -157,6 +160,25 @@ pub struct Check {
     pub strict: bool,
     /// The error message if the condition fails.
     pub message: String,
+}
+
+impl Check {
+    /// Returns the error message if the condition fails for these values of the uniform program. NaN fails, and so
+    /// do numbers as large as a quotient by zero.
+    pub fn failure(&self, uniform_values: &[f64]) -> Option<String> {
+        let value = self.value.value(uniform_values);
+        let holds = if self.strict {
+            value > 0.0
+        } else {
+            value >= 0.0
+        };
+        if !holds {
+            return Some(self.message.clone());
+        }
+        // Divisors near zero are rounded to `f32`.
+        let is_quotient_by_zero = value > MAX_MAGNITUDE * (1.0 - 1e-6);
+        is_quotient_by_zero.then(|| format!("{}, and less than {MAX_MAGNITUDE:e}", self.message))
+    }
 }
 
 /// A camera.

@@ -42,7 +42,7 @@ fn divisions(text: &str) -> Vec<(Range<usize>, &'static str)> {
     let mut found: Vec<(Range<usize>, &'static str)> = Vec::new();
     for (start, sign) in text.match_indices(['/', '*']) {
         let is_inside = found.last().is_some_and(|(range, _)| start < range.end);
-        if is_inside || !ends_with_angle(&text[..start]) {
+        if is_inside || is_in_comment(&text[..start]) || !ends_with_angle(&text[..start]) {
             continue;
         }
         if let Some((length, unit)) = unit_after(&text[start..], sign) {
@@ -52,15 +52,31 @@ fn divisions(text: &str) -> Vec<(Range<usize>, &'static str)> {
     found
 }
 
-/// Reports whether a text ends with a name, or with an inverse function of an angle in brackets.
+/// Reports whether a comment is open at the end of a text.
+fn is_in_comment(text: &str) -> bool {
+    let line = &text[text.rfind('\n').map_or(0, |end| end + 1)..];
+    line.contains("//") || text.rfind("/*") > text.rfind("*/")
+}
+
+/// Reports whether a value in a text begins with the inverse of an angle's function.
+fn is_inverse_function(text: &str) -> bool {
+    let functions = ["atan", "asin", "acos"];
+    let text = text.trim_start();
+    functions.iter().any(|function| text.starts_with(function))
+}
+
+/// Reports whether a text ends with the name of an angle that it defines, or with an inverse function of an angle
+/// in brackets.
 fn ends_with_angle(text: &str) -> bool {
     let text = text.trim_end();
     let is_name = |c: char| c.is_ascii_alphanumeric() || c == '_';
     let Some(inner) = text.strip_suffix(')') else {
         let before_name = text.trim_end_matches(is_name);
         let name = &text[before_name.len()..];
-        return name.starts_with(|c: char| c.is_ascii_alphabetic() || c == '_')
-            && !before_name.ends_with('.');
+        let definition = format!("let {name} =");
+        let value = text.rfind(&definition).map(|at| at + definition.len());
+        return !before_name.ends_with('.')
+            && value.is_some_and(|at| is_inverse_function(&text[at..]));
     };
     let mut depth = 1;
     let open = inner.char_indices().rev().find(|(_, c)| {
@@ -177,16 +193,25 @@ mod tests {
             ("atan2(y, x) / tau", "atan2(y, x) / 1turn"),
             ("atan2(f(y), x) /6.28 + 1", "atan2(f(y), x) / 1turn + 1"),
             ("(atan(y) + 1)/(2.0*pi)", "(atan(y) + 1)/ 1turn"),
-            ("a * 180 / pi", "a / 1deg"),
-            ("a / pi * 180.0", "a / 1deg"),
+            ("let a = atan(y); a * 180 / pi", "let a = atan(y); a / 1deg"),
+            (
+                "let a = acos(y); a / pi * 180.0",
+                "let a = acos(y); a / 1deg",
+            ),
+            ("let a = 3; a / tau", "let a = 3; a / tau"),
+            (
+                "let a = atan(y); /* a / tau */ 1",
+                "let a = atan(y); /* a / tau */ 1",
+            ),
+            ("let a = atan(y); // a / tau", "let a = atan(y); // a / tau"),
             ("acos(x) * (180 / 3.14159)", "acos(x) / 1deg"),
-            ("a * 57.2958", "a / 1deg"),
-            ("a / 3.14", "a / 180deg"),
+            ("acos(x) * 57.2958", "acos(x) / 1deg"),
+            ("acos(x) / 3.14", "acos(x) / 180deg"),
             ("p.x / tau", "p.x / tau"),
             ("length(p) / tau", "length(p) / tau"),
-            ("a / tausend", "a / tausend"),
+            ("acos(x) / tausend", "acos(x) / tausend"),
             ("3 / tau", "3 / tau"),
-            ("a / 6.28rad", "a / 6.28rad"),
+            ("acos(x) / 6.28rad", "acos(x) / 6.28rad"),
         ] {
             assert_eq!(corrected(text), expected, "{text}");
         }

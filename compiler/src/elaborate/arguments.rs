@@ -464,7 +464,7 @@ fn unknown_argument(
         let text = "with two radii, it is a `cone`";
         return diagnostic.fix(call.name_span, "cone", text);
     }
-    if written == "center" {
+    if written == "center" && matches!(argument.value, Value::Bool(_)) {
         let text =
             "shapes are centred at the origin: leave it out, or move the shape by `translate`";
         return diagnostic.fix(removed_argument(call, arg, span), "", text);

@@ -20,9 +20,7 @@ use crate::symbolic::{Symbolic, with_expressions};
 use sdfc_lang::{Diagnostic, Span, codes};
 use sdfc_vm::real::{Real, lit};
 use sdfc_vm::row::ArgumentKind as A;
-
-/// Maximum magnitude of a number of a shape, for which squares stay finite in `f32`.
-const MAX_MAGNITUDE: f64 = 1e18;
+use sdfc_vm::settings::MAX_MAGNITUDE;
 
 /// An argument converted to the form that its parameter takes.
 #[derive(Clone, Debug)]

@@ -210,7 +210,12 @@ impl<'a> Elaborator<'a> {
             );
             let (low, high) = param.range.unwrap_or((f64::MIN, f64::MAX));
             let example = numbers[0].round().max(low).min(high);
-            let help = format!("give a whole number such as `{}`", format_short(example));
+            let candidates = [example, numbers[0].floor(), numbers[0].ceil()];
+            let allowed = candidates.into_iter().find(|&v| param.allows(v));
+            let help = match allowed {
+                Some(example) => format!("give a whole number such as `{}`", format_short(example)),
+                None => "give a whole number".to_owned(),
+            };
             let diagnostic = range_error(message).help(help);
             self.report(allow_fractions(diagnostic, definition));
             return Ok(None);

@@ -430,7 +430,8 @@ impl Lowering<'_> {
                 point: [x, y, z],
             } = refuted;
             let round = |v: f64| format_short((v * 1e3).round() / 1e3);
-            let (span, slope) = (self.scene.shapes[id.0 as usize].span, round(slope));
+            let span = self.scene.shapes[id.0 as usize].span;
+            let slope = format_short((slope * 1e3).ceil() / 1e3);
             let point_text = format!("[{}, {}, {}]", round(x), round(y), round(z));
             self.diagnostics.push(
                 Diagnostic::warning(

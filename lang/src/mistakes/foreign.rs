@@ -15,7 +15,7 @@ const QUALIFIERS: [Token<'static>; 4] = [
     Token::Name("const"),
 ];
 
-/// `float sphere(vec3 p, float r) { return length(p) - r; }`
+/// Explains functions of shading languages: `float sphere(vec3 p, float r) { return length(p) - r; }`.
 pub(super) fn typed_function(context: &ErrorContext<'_, '_>) -> Option<Mistake> {
     let start = context.relative_index(-2)?;
     let open = context.relative_index(0)?;
@@ -67,6 +67,7 @@ fn parameter_edits(
         }
         match &context.tokens[ty..end] {
             [] if start == end => {}
+            [(_, Token::Name("void"), _)] => edits.push((context.token_span(start), String::new())),
             [(_, Token::Name(_), _)] => {}
             [(_, Token::Name(ty), _), (_, Token::Name(name), _)] => {
                 let span = context.token_span(start).to(context.token_span(end - 1));

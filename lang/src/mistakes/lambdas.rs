@@ -6,7 +6,7 @@ use crate::diagnostic::Diagnostic;
 use crate::span::Span;
 use crate::token::Token;
 
-/// `p => …`, `(p) => …`, `(p) -> …`
+/// Explains lambdas without `fn`: `p => …`, `(p) => …`, `(p) -> …`.
 pub(super) fn missing_fn(context: &ErrorContext<'_, '_>) -> Option<Mistake> {
     let is_arrow = match context.token_at(0)? {
         Token::FatArrow => true,
@@ -20,7 +20,7 @@ pub(super) fn missing_fn(context: &ErrorContext<'_, '_>) -> Option<Mistake> {
         (Some(Token::Name(name)), _) => Some((context.span(-1), format!("fn({name})"))),
         (Some(Token::CloseParen), Some(close)) => context
             .opener(close)
-            .map(|open| (context.token_span(open).at_start(), "fn".to_owned())),
+            .and_then(|open| insertion_of_fn(context, open)),
         _ => None,
     };
     let mut diagnostic = missing_fn_error(context.span(0));
@@ -37,12 +37,29 @@ pub(super) fn missing_fn(context: &ErrorContext<'_, '_>) -> Option<Mistake> {
     })
 }
 
+/// Returns the edit that writes `fn` before the parameters of a lambda that open at a token. Other languages'
+/// keywords are replaced; after other names there is no such edit.
+pub(super) fn insertion_of_fn(
+    context: &ErrorContext<'_, '_>,
+    open: usize,
+) -> Option<(Span, String)> {
+    let before = (open > context.start).then(|| open - 1);
+    let span = match before.map(|index| (index, context.tokens[index].1)) {
+        Some((index, Token::Name("function" | "func" | "lambda" | "def"))) => {
+            context.token_span(index)
+        }
+        Some((_, Token::Name(_))) => return None,
+        _ => context.token_span(open).at_start(),
+    };
+    Some((span, "fn".to_owned()))
+}
+
 /// Creates the error for a lambda without `fn`.
 pub(super) fn missing_fn_error(span: Span) -> Diagnostic {
     Diagnostic::error(codes::E0131, span, "a lambda begins with `fn`")
 }
 
-/// `fn(p) { … }`, `fn(p) -> float { … }`, `fn(p) = …`, `fn(p): …`
+/// Explains lambdas without `=>`: `fn(p) { … }`, `fn(p) -> float { … }`, `fn(p) = …`, `fn(p): …`.
 pub(super) fn missing_arrow(context: &ErrorContext<'_, '_>) -> Option<Mistake> {
     if !context.expects("=>") || context.token_at(-1) != Some(Token::CloseParen) {
         return None;
@@ -51,7 +68,9 @@ pub(super) fn missing_arrow(context: &ErrorContext<'_, '_>) -> Option<Mistake> {
     let here = context.span(0);
     let message = "a function without a name is written `fn(…) => …`";
     let error = Diagnostic::error(codes::E0131, here, message);
-    if token == Token::OpenBrace && context.tokens[context.start].1 == Token::Fn {
+    let is_item = context.tokens[context.start].1 == Token::Fn
+        && context.opener(context.index - 1) == Some(context.start + 1);
+    if token == Token::OpenBrace && is_item {
         let gap = context.token_span(context.start).at_end();
         return Some(Mistake {
             diagnostic: error.fix(gap, " name", "give it a name"),
@@ -99,13 +118,15 @@ pub(super) fn missing_arrow(context: &ErrorContext<'_, '_>) -> Option<Mistake> {
     })
 }
 
-/// `|p| …`
+/// Explains the lambdas of Rust: `|p| …`.
 pub(super) fn bars(context: &ErrorContext<'_, '_>) -> Option<Mistake> {
     let is_position = matches!(
         context.token_at(-1)?,
         Token::Assign | Token::OpenParen | Token::Comma | Token::Colon
     );
-    if context.token_at(0)? != Token::Or || !is_position || !context.expects_operand() {
+    // At the start of a line, it joins shapes.
+    let starts_lambda = is_position && !context.is_on_new_line();
+    if context.token_at(0)? != Token::Or || !starts_lambda || !context.expects_operand() {
         return None;
     }
     let close = (context.index + 1..context.end).find(|index| {
@@ -128,7 +149,7 @@ pub(super) fn bars(context: &ErrorContext<'_, '_>) -> Option<Mistake> {
     })
 }
 
-/// `lambda p: …`
+/// Explains the lambdas of Python: `lambda p: …`.
 pub(super) fn python(context: &ErrorContext<'_, '_>) -> Option<Mistake> {
     let applies = context.token_at(-1) == Some(Token::Name("lambda"))
         && matches!(context.token_at(0), Some(Token::Name(_)));

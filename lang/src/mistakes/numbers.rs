@@ -5,7 +5,7 @@ use crate::codes;
 use crate::diagnostic::Diagnostic;
 use crate::token::Token;
 
-/// `1.`
+/// Explains numbers that end with a point: `1.`.
 pub(super) fn trailing_dot(context: &ErrorContext<'_, '_>) -> Option<Mistake> {
     let index = context.relative_index(-1)?;
     let (number, dot) = (context.span(-2), context.span(-1));

@@ -266,19 +266,19 @@ pub(super) fn tuple(context: &ErrorContext<'_, '_>) -> Option<Mistake> {
         context.tokens.get(arrow).map(|word| word.1),
         Some(Token::FatArrow | Token::ThinArrow)
     );
+    let insertion = super::lambdas::insertion_of_fn(context, open);
     let (open, close) = (context.token_span(open), context.token_span(close));
-    let diagnostic = match is_lambda {
-        true => super::lambdas::missing_fn_error(open).fix_all(
-            [
-                (open.at_start(), "fn".to_owned()),
-                (context.token_span(arrow), "=>".to_owned()),
-            ],
+    let diagnostic = match (is_lambda, insertion) {
+        (true, Some(insertion)) => super::lambdas::missing_fn_error(open).fix_all(
+            [insertion, (context.token_span(arrow), "=>".to_owned())],
             "write `fn(…) => …`",
         ),
-        false => Diagnostic::error(codes::E0132, open.to(close), "a list stands in `[ ]`").fix_all(
-            [(open, "[".to_owned()), (close, "]".to_owned())],
-            "write brackets",
-        ),
+        (true, None) => super::lambdas::missing_fn_error(open),
+        (false, _) => Diagnostic::error(codes::E0132, open.to(close), "a list stands in `[ ]`")
+            .fix_all(
+                [(open, "[".to_owned()), (close, "]".to_owned())],
+                "write brackets",
+            ),
     };
     Some(Mistake {
         diagnostic,

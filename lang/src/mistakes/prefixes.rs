@@ -41,7 +41,7 @@ struct Prefix {
     close: usize,
 }
 
-/// `translate([1, 2, 3]) box(1);`, `difference() { box(2); sphere(1); }`
+/// Explains transforms before shapes: `translate([1, 2, 3]) box(1);`, `difference() { box(2); sphere(1); }`.
 pub(super) fn transform_first(context: &ErrorContext<'_, '_>) -> Option<Mistake> {
     let close = context.relative_index(-1)?;
     if context.tokens[close].1 != Token::CloseParen {
@@ -87,6 +87,13 @@ pub(super) fn transform_first(context: &ErrorContext<'_, '_>) -> Option<Mistake>
             context.index,
         ),
     };
+    // Names of arguments differ, and so does their order where a shape is one of them.
+    let has_plain_arguments = prefixes.iter().all(|prefix| {
+        let words = &context.tokens[prefix.open + 1..prefix.close];
+        let names_argument = |token: Token<'_>| matches!(token, Token::Assign | Token::Colon);
+        words.iter().all(|word| !names_argument(word.1))
+    });
+    let edits = edits.filter(|_| has_plain_arguments);
     let diagnostic = match (edits, prefixes[0].meaning) {
         (Some(edits), Meaning::Method(_)) => {
             diagnostic.fix_all(edits, "write the transform after the shape")
@@ -173,16 +180,28 @@ fn block_edits(
     brace: usize,
 ) -> Option<Vec<(Span, String)>> {
     let close = context.closer(brace)?;
-    let is_semicolon = |index: &usize| {
-        context.tokens[*index].1 == Token::Semicolon && context.opener(*index) == Some(brace)
-    };
-    let semicolons: Vec<usize> = (brace + 1..close).filter(is_semicolon).collect();
-    let (last, others) = semicolons.split_last()?;
-    let has_statements = (brace..close).any(|index| {
+    let mut semicolons = Vec::new();
+    let mut depth = 0;
+    for index in brace + 1..close {
         let token = context.tokens[index].1;
-        token == Token::Assign && context.opener(index) == Some(brace) || token.starts_item()
-    });
-    if has_statements || last + 1 != close {
+        if token.closer().is_some() {
+            depth += 1;
+        } else if token.is_closer() {
+            depth -= 1;
+        }
+        // Nested blocks keep their own separators; without one behind them, their operators are not known.
+        let ends_block = token == Token::CloseBrace && depth == 0;
+        let is_separated = context.tokens[index + 1].1 == Token::Semicolon;
+        let is_statement = token == Token::Assign && depth == 0 || token.starts_item();
+        if is_statement || ends_block && !is_separated {
+            return None;
+        }
+        if token == Token::Semicolon && depth == 0 {
+            semicolons.push(index);
+        }
+    }
+    let (last, others) = semicolons.split_last()?;
+    if last + 1 != close {
         return None;
     }
     let operator = match prefixes.last()?.meaning {
@@ -233,11 +252,18 @@ fn arguments(context: &ErrorContext<'_, '_>, name: &str, prefix: &Prefix) -> Str
     if name != "rotate" || !words.clone().all(is_number) {
         return context.slice(between).to_owned();
     }
+    // A list of angles, or an angle and an axis.
+    let is_list =
+        words.clone().next().map(|index| context.tokens[index].1) == Some(Token::OpenBracket);
+    let mut is_axis = false;
     let mut text = String::new();
     for index in words {
         text += context.slice(context.token_span(index));
+        is_axis |= !is_list && context.tokens[index].1 == Token::OpenBracket;
         match context.tokens[index].1 {
-            Token::Number(digits) if digits.parse::<f64>().is_ok_and(|angle| angle != 0.0) => {
+            Token::Number(digits)
+                if !is_axis && digits.parse::<f64>().is_ok_and(|angle| angle != 0.0) =>
+            {
                 text += "deg";
             }
             Token::Comma => text += " ",

@@ -149,6 +149,9 @@ fn lambdas() {
         "field((a, b) -> a);\nlet g = p -> p.x;",
         "let f = |p| length(p) - 1;\nfield(|p: vec3| p.x)",
         "let f = lambda a, b: a + b;\nfield(f)",
+        "fn bumps(r) = field(fn(p) { length(p) - r });",
+        "field(function(p) => length(p) - 1)",
+        "let s =\n    | a\n    | b;",
     ]));
 }
 
@@ -177,6 +180,9 @@ fn transforms_before_their_shapes() {
         "union() { let a = 1; box(a); }",
         "translate(base, 1, 2, 3)\nbox(1)",
         "union(a, b) sphere(1)",
+        "difference() { union() { box(1); box(2); } sphere(1); }",
+        "rotate(90, [0, 0, 1]) box(1);",
+        "linear_extrude(height = 5) circle(1);",
     ]));
 }
 

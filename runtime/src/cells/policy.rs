@@ -42,12 +42,12 @@ fn has_op(program: &Program, test: fn(Op) -> bool) -> bool {
     codes.any(|code| matches!(code, Opcode::Op(op) if test(op)))
 }
 
-/// The cube that is split: it encloses the scene's bounds within the length of rays. `None` if that is empty.
+/// Returns the cube that is split. It encloses the scene's bounds within the length of rays; `None` if that is empty.
 pub(crate) fn scene_cube(frame: &FrameUniforms) -> Option<Aabb> {
     scene_extent(frame).map(|extent| enclosing_cube(&extent, ROUNDING_MARGIN))
 }
 
-/// The scene's bounds, clipped to the length of rays.
+/// Returns the scene's bounds, clipped to the length of rays.
 fn scene_extent(frame: &FrameUniforms) -> Option<Aabb> {
     let camera = frame.origin;
     // Rays of an orthographic view start away from its centre.
@@ -68,7 +68,7 @@ const ROUNDING_MARGIN: f32 = 1e-5;
 /// Relative enlargement of a cube whose cells are kept when an edit moves a bound a little.
 const EDIT_MARGIN: f32 = 1.0 / 16.0;
 
-/// The cube around a box, enlarged by the relative margin.
+/// Returns the cube around a box, enlarged by the relative margin.
 fn enclosing_cube(Aabb { low, high }: &Aabb, margin: f32) -> Aabb {
     let side = (0..3).fold(0.0, |side, i| f32::max(side, high[i] - low[i]));
     let half = side / 2.0 * (1.0 + margin);
@@ -107,7 +107,7 @@ pub(crate) enum PacketCells {
 }
 
 impl PacketCells {
-    /// The use of cells for rendering a tape.
+    /// Returns the use of cells for rendering a tape.
     pub(crate) fn for_job(job: &RenderJob, tape: &Tape) -> Self {
         let frame = &job.uniforms;
         let rays = frame.size[0] * frame.size[1] * frame.samples as f32;
@@ -137,7 +137,7 @@ pub(crate) struct CellRegion {
 }
 
 impl CellRegion {
-    /// The region for a render; `None` if nothing is visible.
+    /// Returns the region for a render; `None` if nothing is visible.
     pub(crate) fn for_job(job: &RenderJob) -> Option<Self> {
         let frame = &job.uniforms;
         if job.shows_plane() {
@@ -183,7 +183,7 @@ impl CellRegion {
             && self.region.longest_side() <= MAX_REUSE_SIZE_RATIO * other.region.longest_side()
     }
 
-    /// The cells to build for the distance program.
+    /// Returns the cells to build for the distance program.
     pub(crate) fn distance(&self) -> CellSpec<'_> {
         CellSpec {
             region: self.region,
@@ -193,7 +193,7 @@ impl CellRegion {
         }
     }
 
-    /// The cells to build for the surface program. A 2-D shape shows its colours everywhere, other scenes
+    /// Returns the cells to build for the surface program. A 2-D shape shows its colours everywhere, other scenes
     /// only where rays end.
     pub(crate) fn surface(&self) -> CellSpec<'_> {
         CellSpec {
@@ -205,12 +205,12 @@ impl CellRegion {
         }
     }
 
-    /// The rule by which the CPU splits cells before a device continues.
+    /// Returns the rule by which the CPU splits cells before a device continues.
     pub(crate) fn cpu_levels(&self) -> CpuLevels<'_> {
         CpuLevels(&self.rule)
     }
 
-    /// The parameters with which a device splits cells further, for the program of `tape` with this band.
+    /// Returns the parameters with which a device splits cells further, for the program of `tape` with this band.
     /// Buffer capacities and the words for culled cells are filled in by [`crate::gpu::cell_builder`] and its caller.
     pub(crate) fn gpu_split_params(&self, tape: &Tape, band: f32) -> layout::SplitParams {
         let Aabb { low, high } = self.region;
@@ -232,7 +232,7 @@ impl CellRegion {
     }
 }
 
-/// The box around the pixels of a 2-D shape, and the arrangement of its children.
+/// Returns the box around the pixels of a 2-D shape, and the arrangement of its children.
 fn plane_region(plane: &PixelPlane) -> (Aabb, CellSplit) {
     let [right, down] = plane.size.map(|n| n as f32);
     let (mut low, mut high) = ([0.0; 3], [0.0; 3]);
@@ -259,7 +259,7 @@ fn plane_region(plane: &PixelPlane) -> (Aabb, CellSplit) {
     (cube, CellSplit::Volume)
 }
 
-/// The cube and the cell size for a field written with coordinates. Small cells have tight gradient bounds,
+/// Returns the cube and the cell size for a field written with coordinates. Small cells have tight gradient bounds,
 /// so that rays take few steps in them; large cells are few. The best leaf size had as many leaves along the
 /// cube as pixels along a leaf. For tanglecube at 256², 512² and 1024² these were leaves of 12, 16 and 24
 /// pixels. Each split divides a side by four, so the cube is enlarged until a number of splits reaches that

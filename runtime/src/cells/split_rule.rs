@@ -56,7 +56,7 @@ impl ScreenSpaceLeafLimit {
         }
     }
 
-    /// These limits, multiplied by `times`.
+    /// Multiplies these limits by `times`.
     pub(crate) fn coarsened(&self, times: f32) -> Self {
         Self {
             max_leaf_pixels: self.max_leaf_pixels * times,
@@ -92,7 +92,7 @@ impl SplitRule for ScreenSpaceLeafLimit {
 pub(crate) struct PrunedLeafLimit(pub(super) ScreenSpaceLeafLimit);
 
 impl PrunedLeafLimit {
-    /// The parameters with which a device applies these limits. All others have their defaults.
+    /// Returns the parameters with which a device applies these limits. All others have their defaults.
     pub(super) fn gpu_params(&self) -> SplitParams {
         let Self(pixels) = self;
         SplitParams {

@@ -12,14 +12,14 @@ fn should_split(low: vec3f, side: vec3f, clauses: u32, min_abs_field: f32) -> bo
         && longest > job_queue.params.max_leaf_pixels * pixel;
 }
 
-// Returns whether a number of clauses is at least nine tenths of another.
+// Returns whether a number of clauses is more than nine tenths of another.
 fn is_hardly_shorter(length: u32, other: u32) -> bool {
     return length * 10u > other * 9u;
 }
 
-// Counts the successive levels, down to a child with `length` clauses, that shortened no tapes. The job's
+// Counts the successive levels that shortened no tapes, down to a child with `length` clauses. The job's
 // children are `cells` with `clauses` clauses together. A child that kept all clauses counts only if its
-// siblings did not lose most of theirs: it is still large, and its contents are small.
+// siblings did not lose most of theirs. It is still large, and its contents are small.
 fn count_stalled_levels(job: CellJob, length: u32, cells: u32, clauses: u32) -> u32 {
     let is_stalled = is_hardly_shorter(clauses, cells * job.length) && is_hardly_shorter(length, job.length);
     return select(0u, job.stalled_levels + 1u, is_stalled);

@@ -9,9 +9,6 @@ use sdfc_vm::bounds::Bounds;
 use sdfc_vm::row::SlopeRule;
 use sdfc_vm::table::Op;
 
-/// Largest slope bound of distances. Rows state roots with a few digits.
-const MAX_DISTANCE_SLOPE: f64 = 1.0 + 1e-6;
-
 impl ShapeBounds {
     /// Returns a box outside of which the values of all `shapes` are at least `-depth`.
     pub(super) fn inset_hull(
@@ -59,7 +56,7 @@ impl ShapeBounds {
             | ShapeKind::Distance { op, .. } => {
                 let operands = vec![1.0; children(kind).len().min(2)];
                 let slope = op.row().facts.slope;
-                slope.bound(&operands, 1.0, |_| f64::INFINITY) <= MAX_DISTANCE_SLOPE
+                slope.bound(&operands, 1.0, |_| f64::INFINITY) <= 1.0
             }
             ShapeKind::Polygon { .. }
             | ShapeKind::Frame { .. }
