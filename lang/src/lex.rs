@@ -242,7 +242,9 @@ fn definition(macro_text: &str) -> Option<String> {
         false => ("let", "", rest),
     };
     let value = value.trim().trim_end_matches(';').trim_end();
-    let is_definition = !name.is_empty() && !value.is_empty() && !value.ends_with('\\');
+    let is_definition = matches!(Token::lexer(name).next(), Some(Ok(Token::Name(_))))
+        && !value.is_empty()
+        && !value.ends_with('\\');
     is_definition.then(|| format!("{keyword} {name}{parameters} = {value};"))
 }
 

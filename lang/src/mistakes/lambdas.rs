@@ -38,7 +38,7 @@ pub(super) fn missing_fn(context: &ErrorContext<'_, '_>) -> Option<Mistake> {
 }
 
 /// Returns the edit that writes `fn` before the parameters of a lambda that open at a token. Other languages'
-/// keywords are replaced; after other names there is no such edit.
+/// keywords are replaced; after other operands there is no such edit.
 pub(super) fn insertion_of_fn(
     context: &ErrorContext<'_, '_>,
     open: usize,
@@ -48,7 +48,7 @@ pub(super) fn insertion_of_fn(
         Some((index, Token::Name("function" | "func" | "lambda" | "def"))) => {
             context.token_span(index)
         }
-        Some((_, Token::Name(_))) => return None,
+        Some((_, token)) if token.ends_operand() => return None,
         _ => context.token_span(open).at_start(),
     };
     Some((span, "fn".to_owned()))
@@ -124,8 +124,10 @@ pub(super) fn bars(context: &ErrorContext<'_, '_>) -> Option<Mistake> {
         context.token_at(-1)?,
         Token::Assign | Token::OpenParen | Token::Comma | Token::Colon
     );
-    // At the start of a line, it joins shapes.
-    let starts_lambda = is_position && !context.is_on_new_line();
+    // At the start of a line or before a space, it joins shapes.
+    let touches_name =
+        context.token_at(1).is_some() && context.span(0).end == context.span(1).start;
+    let starts_lambda = is_position && touches_name && !context.is_on_new_line();
     if context.token_at(0)? != Token::Or || !starts_lambda || !context.expects_operand() {
         return None;
     }

@@ -87,11 +87,15 @@ pub(super) fn transform_first(context: &ErrorContext<'_, '_>) -> Option<Mistake>
             context.index,
         ),
     };
-    // Names of arguments differ, and so does their order where a shape is one of them.
+    // Names of arguments differ, and so do the arguments of an extrusion after its height.
     let has_plain_arguments = prefixes.iter().all(|prefix| {
         let words = &context.tokens[prefix.open + 1..prefix.close];
-        let names_argument = |token: Token<'_>| matches!(token, Token::Assign | Token::Colon);
-        words.iter().all(|word| !names_argument(word.1))
+        let is_extrusion = matches!(prefix.meaning, Meaning::Method("extrude" | "revolve"));
+        words.iter().all(|word| match word.1 {
+            Token::Assign | Token::Colon => false,
+            Token::Comma => !is_extrusion,
+            _ => true,
+        })
     });
     let edits = edits.filter(|_| has_plain_arguments);
     let diagnostic = match (edits, prefixes[0].meaning) {
@@ -253,13 +257,12 @@ fn arguments(context: &ErrorContext<'_, '_>, name: &str, prefix: &Prefix) -> Str
         return context.slice(between).to_owned();
     }
     // A list of angles, or an angle and an axis.
-    let is_list =
-        words.clone().next().map(|index| context.tokens[index].1) == Some(Token::OpenBracket);
+    let is_list = context.tokens[prefix.open + 1].1 == Token::OpenBracket;
     let mut is_axis = false;
     let mut text = String::new();
     for index in words {
         text += context.slice(context.token_span(index));
-        is_axis |= !is_list && context.tokens[index].1 == Token::OpenBracket;
+        is_axis |= !is_list && context.tokens[index].1 == Token::Comma;
         match context.tokens[index].1 {
             Token::Number(digits)
                 if !is_axis && digits.parse::<f64>().is_ok_and(|angle| angle != 0.0) =>

@@ -34,6 +34,9 @@ fn words() {
         "sphere(1.0f) | box(1f)",
         "#define N 3 // rounds\nsphere(N)",
         "#define sq(x) (x * x)\nsphere(sq(2))",
+        "#define N 3;\nsphere(N)",
+        "#define N 3 + \\\n    4\nsphere(N)",
+        "#define part 3\nsphere(1)",
         "#ifdef FAST\nsphere(1)",
         "sphere(1, $fn = 100)",
         "sphere(1.)",
@@ -152,6 +155,9 @@ fn lambdas() {
         "fn bumps(r) = field(fn(p) { length(p) - r });",
         "field(function(p) => length(p) - 1)",
         "let s =\n    | a\n    | b;",
+        "let s = | a | b;",
+        "a(x) -> 2",
+        "a(x, y)(z) => 2",
     ]));
 }
 
@@ -162,6 +168,7 @@ fn shading_languages() {
         "vec2 f(in vec2 p, const float r) { vec2 q = p; return q * r; }\nsphere(1)",
         "void mainImage(out vec4 color, in vec2 at) { color = vec4(1.); }\nsphere(1)",
         "float f(vec3 p[2]) { p[0].x }\nsphere(1)",
+        "float f(void) { return 1; }\nsphere(1)",
     ]));
 }
 
@@ -181,7 +188,9 @@ fn transforms_before_their_shapes() {
         "translate(base, 1, 2, 3)\nbox(1)",
         "union(a, b) sphere(1)",
         "difference() { union() { box(1); box(2); } sphere(1); }",
+        "difference() { sphere(1); for i in 0..3 { box(i); } }",
         "rotate(90, [0, 0, 1]) box(1);",
+        "linear_extrude(5mm, circle(3mm)) circle(1);",
         "linear_extrude(height = 5) circle(1);",
     ]));
 }
