@@ -94,7 +94,8 @@ fn visible_error_warning(opened: &OpenedScene, error: Option<ErrorBound>) -> Opt
     }
     if worst.largest_found > MAX_MEANINGFUL_PIXELS {
         return Some(
-            "rounding decides which surface is visible: the camera touches one. Move the camera away from it"
+            "rounding decides which surface is visible: the field is nearly zero at the camera. Move the camera \
+             away from the surface, or keep the field from fading to zero"
                 .to_owned(),
         );
     }

@@ -90,6 +90,8 @@ const CAPPED_SPEEDUP_STEPS: f64 = 1024.0;
 /// Number of steps after which it grows without limit, so that the ray ends. By default, scenes give rays a
 /// thousand more.
 const UNCAPPED_SPEEDUP_STEPS: f64 = 2048.0;
+/// Minimum descent of the field per length along the ray for an estimate of the root.
+const MIN_FALL: f64 = 1e-30;
 /// Number of further steps after which the minimum step has doubled.
 const SPEEDUP_DOUBLING_STEPS: f64 = 64.0;
 /// Field value, in thresholds, from which on roots are estimated where the field falls strictly linearly;
@@ -206,7 +208,12 @@ pub fn march_step<R: Real>(
         .less(step);
     let is_off_line = R::and(next_field.less(-max_depth), certain_depth.less(step));
     let is_unproven = R::and(is_raw, R::or(is_long, is_off_line));
-    let must_halve = R::and(has_found, R::or(is_deep, is_unproven));
+    // A short step is taken whatever the radius, and may be long for a ray that has crept for many steps.
+    let is_short_crossing = R::and(R::and(has_crossed, is_step_short), R::not(has_found));
+    let must_halve = R::or(
+        is_short_crossing,
+        R::and(has_found, R::or(is_deep, is_unproven)),
+    );
     let may_advance = R::or(is_plain, R::or(overlaps, R::or(has_landed, is_step_short)));
     let advances = R::and(may_advance, R::not(must_halve));
     let mean_slope = trend + (slope - trend) * relaxation;
@@ -220,12 +227,13 @@ pub fn march_step<R: Real>(
     let new_t = R::select(advances, t + step, t).named("new_t");
     let new_field = R::select(advances, next_field, field).named("new_field");
     let relaxed = new_field.max(zero) * lit(2.0) / (lit::<R>(1.0) - trend);
-    let is_falling = R::and(has_slope, slope.less(zero));
+    // A slope this small is that of a field that underflows: its line says nothing about a root.
+    let is_falling = R::and(has_slope, slope.less(lit(-MIN_FALL)));
     let remaining = new_field.max(zero);
     let estimate_depth =
         (remaining + remaining.min(threshold) * lit(OVERSHOOT_FRACTION) + depth * lit(2.0))
             .named("estimate_depth");
-    let to_root = (estimate_depth / (-slope).max(lit(1e-30))).named("to_root");
+    let to_root = (estimate_depth / (-slope).max(lit(MIN_FALL))).named("to_root");
     let min_stalled_step = (rounding * lit(2.0 * MARGIN_ROUNDINGS))
         .min(short_step)
         .named("min_stalled_step");
