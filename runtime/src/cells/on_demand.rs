@@ -61,8 +61,10 @@ pub struct OnDemandCells {
     pruner: Pruner,
     /// Clauses of the cell under construction.
     pruned: Vec<Clause>,
-    /// Keys of the points to evaluate, in Morton order.
+    /// Keys of the points to evaluate. Those of a batch follow each other.
     keys: Vec<MortonKey>,
+    /// Keys of a batch while they are grouped by child.
+    grouped_keys: Vec<MortonKey>,
     /// Batches that are not yet evaluated.
     pending: Vec<CellBatch>,
     /// Costs of the current trial.
@@ -85,7 +87,7 @@ fn cost(clauses: usize, points: usize) -> usize {
     (clauses + 1) * points.div_ceil(CHUNK) + BATCH_OVERHEAD_CLAUSES
 }
 
-/// Points that lie in the same cell: a range of the keys in Morton order.
+/// Points that lie in the same cell: a range of the keys.
 #[derive(Clone, Copy)]
 struct CellBatch {
     cell: u32,
@@ -103,7 +105,7 @@ const LANE_BITS: u32 = (MAX_BLOCKS * LANES).ilog2();
 const OUTSIDE: u64 = u64::MAX << LANE_BITS;
 
 /// Key of a point: its child on each level, the coarsest first, and its index in the lowest bits.
-#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Clone, Copy)]
 pub struct MortonKey(u64);
 
 impl MortonKey {
@@ -155,6 +157,60 @@ fn spread_digits(digits: u32) -> u64 {
 
 const _: () = assert!(DIGIT_BITS == 2 && MAX_LEVELS == 7);
 
+/// Moves the keys of points inside the root cell before all others, and returns their number.
+fn move_inside_to_front(keys: &mut [MortonKey]) -> usize {
+    let is_inside = |key: MortonKey| key.0 < OUTSIDE;
+    let mut inside = 0;
+    for index in 0..keys.len() {
+        if is_inside(keys[index]) {
+            keys.swap(inside, index);
+            inside += 1;
+        }
+    }
+    inside
+}
+
+/// Counts the points in each child of their cell at `level`.
+fn child_counts(keys: &[MortonKey], level: u32) -> [u32; CHILDREN] {
+    // Neighbours often have the same child. Two counters let one addition begin before the other has ended.
+    let (mut counts, mut odd_counts) = ([0; CHILDREN], [0; CHILDREN]);
+    let (pairs, rest) = keys.as_chunks();
+    for [even, odd] in pairs {
+        counts[even.child(level)] += 1;
+        odd_counts[odd.child(level)] += 1;
+    }
+    for key in rest {
+        counts[key.child(level)] += 1;
+    }
+    for (count, odd_count) in counts.iter_mut().zip(odd_counts) {
+        *count += odd_count;
+    }
+    counts
+}
+
+/// Groups the keys of a cell at `level` by child, given the numbers of points in each.
+fn group_by_child(
+    keys: &mut [MortonKey],
+    level: u32,
+    counts: &[u32; CHILDREN],
+    grouped: &mut Vec<MortonKey>,
+) {
+    let mut next = [0; CHILDREN];
+    for child in 1..CHILDREN {
+        next[child] = next[child - 1] + counts[child - 1] as usize;
+    }
+    if grouped.len() < keys.len() {
+        grouped.resize(keys.len(), MortonKey(0));
+    }
+    let grouped = &mut grouped[..keys.len()];
+    for &key in &*keys {
+        let place = &mut next[key.child(level)];
+        grouped[*place] = key;
+        *place += 1;
+    }
+    keys.copy_from_slice(grouped);
+}
+
 impl OnDemandCells {
     /// Creates the root cell of a tape in a box. Points outside use the full tape.
     pub fn new(tape: &Tape, region: Aabb) -> Self {
@@ -172,6 +228,7 @@ impl OnDemandCells {
             pruner: Pruner::default(),
             pruned: Vec::new(),
             keys: Vec::new(),
+            grouped_keys: Vec::new(),
             pending: Vec::new(),
             trial: CostTrial::default(),
             are_cheaper: true,
@@ -206,8 +263,7 @@ impl OnDemandCells {
         }
         keys.truncate(count);
         self.record_trial(count);
-        keys.sort_unstable();
-        let inside = keys.partition_point(|key| key.0 < OUTSIDE);
+        let inside = move_inside_to_front(&mut keys);
         for keys in keys[inside..].chunks(LANES) {
             run(keys, self.tape(0));
         }
@@ -218,7 +274,7 @@ impl OnDemandCells {
             to: inside as u32,
         });
         while let Some(batch) = self.pending.pop() {
-            if !self.split_batch(program, &keys, batch) {
+            if !self.split_batch(program, &mut keys, batch) {
                 let tape_length = self.cells[batch.cell as usize].len as usize;
                 self.trial.cell_cost += cost(tape_length, (batch.to - batch.from) as usize);
                 let clauses = self.tape(batch.cell);
@@ -254,8 +310,9 @@ impl OnDemandCells {
         &self.clauses[start as usize..(start + len) as usize]
     }
 
-    /// Pushes a batch's points as batches of the children, if that is cheaper. Reports whether it is.
-    fn split_batch(&mut self, program: &Program, keys: &[MortonKey], batch: CellBatch) -> bool {
+    /// Pushes a batch's points as batches of the children, if that is cheaper. Reports whether it is. Only then
+    /// its keys are grouped by child.
+    fn split_batch(&mut self, program: &Program, keys: &mut [MortonKey], batch: CellBatch) -> bool {
         let parent = &mut self.cells[batch.cell as usize];
         let tape_length = parent.len as usize;
         if tape_length <= MAX_UNSPLIT_CLAUSES || batch.level >= MAX_LEVELS || batch.from == batch.to
@@ -267,17 +324,14 @@ impl OnDemandCells {
         if parent.work < SPLIT_AFTER_RUNS * tape_length {
             return false;
         }
-        let child_of = |index: u32| keys[index as usize].child(batch.level);
+        let keys = &mut keys[batch.from as usize..batch.to as usize];
+        let counts = child_counts(keys, batch.level);
         let (first_pending, mut from, mut split_cost) = (self.pending.len(), batch.from, 0);
-        while from < batch.to {
-            let child = child_of(from);
-            let to = if child_of(batch.to - 1) == child {
-                batch.to
-            } else {
-                (from + 1..batch.to)
-                    .find(|&index| child_of(index) != child)
-                    .unwrap_or(batch.to)
-            };
+        for (child, count) in counts
+            .into_iter()
+            .enumerate()
+            .filter(|&(_, count)| count > 0)
+        {
             let child_cell = match &self.cells[batch.cell as usize].children {
                 Some(children) => children.cells[child],
                 None => NOT_BUILT,
@@ -289,7 +343,8 @@ impl OnDemandCells {
             };
             // Longer tapes are split later where that is profitable, down to about this length.
             let tape_length = (self.cells[cell as usize].len as usize).min(2 * MAX_UNSPLIT_CLAUSES);
-            split_cost += cost(tape_length, (to - from) as usize);
+            split_cost += cost(tape_length, count as usize);
+            let to = from + count;
             self.pending.push(CellBatch {
                 cell,
                 level: batch.level + 1,
@@ -298,9 +353,12 @@ impl OnDemandCells {
             });
             from = to;
         }
-        let is_cheaper = split_cost < unsplit_cost || self.pending.len() == first_pending + 1;
+        let has_one_child = self.pending.len() == first_pending + 1;
+        let is_cheaper = split_cost < unsplit_cost || has_one_child;
         if !is_cheaper {
             self.pending.truncate(first_pending);
+        } else if !has_one_child {
+            group_by_child(keys, batch.level, &counts, &mut self.grouped_keys);
         }
         is_cheaper
     }
