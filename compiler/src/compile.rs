@@ -4,7 +4,7 @@ use crate::analysis::bounds::ShapeBounds;
 use crate::analysis::slope::ShapeSlopes;
 use crate::analysis::subject::{outline, subject};
 use crate::analysis::visible_bounds::scene_size;
-use crate::cutters::extend_cutters_with_bounds;
+use crate::cutter_extension::extend_cutters_with_bounds;
 use crate::distribute::distribute_maps;
 use crate::expression::{ExprId, ParamId, Stage};
 use crate::graph::{Graph, GraphNode, GraphNumber, Purpose};

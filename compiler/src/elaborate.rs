@@ -14,11 +14,11 @@
 
 mod angles;
 mod annotation;
+mod argument_conversion;
 mod arguments;
 mod assemble_scene;
 mod blend_spec;
 mod blocks;
-mod bound_args;
 mod builtins;
 mod calls;
 mod constness;
@@ -26,12 +26,12 @@ mod diagnose;
 mod display;
 mod elements;
 mod evaluate;
+mod function_docs;
 mod items;
 mod modules;
 mod names;
 mod numbers;
 mod params;
-mod reference;
 mod sampled_bounds;
 mod scope;
 mod shape_info;
@@ -54,8 +54,8 @@ use sdfc_lang::{Diagnostic, FileId, Sources, Span, codes};
 use std::collections::{BTreeSet, HashMap, HashSet};
 
 pub(crate) use display::format_short;
+pub use function_docs::{FunctionDoc, function_docs};
 pub use modules::{Loader, NoFiles};
-pub use reference::{FunctionDoc, reference};
 
 /// Stack size of the evaluation thread: nested calls, each a few levels of expressions.
 const STACK_BYTES: usize = 192 << 20;

@@ -3,7 +3,7 @@
 
 pub mod analysis;
 pub mod compile;
-pub mod cutters;
+pub mod cutter_extension;
 mod distribute;
 pub mod dump;
 pub mod elaborate;

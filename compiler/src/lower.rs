@@ -34,7 +34,7 @@ use std::collections::{HashMap, HashSet};
 #[derive(Clone, Copy)]
 struct LocalPoint {
     base: NodeId,
-    frame: Option<[ExprId; 12]>,
+    transform: Option<[ExprId; 12]>,
     /// Units of the local frame per unit of the world, if known, and 1 otherwise.
     unit: f64,
     /// World size of one unit of the local frame; `None` if nothing was scaled.
@@ -48,7 +48,7 @@ impl LocalPoint {
     fn world(base: NodeId) -> Self {
         Self {
             base,
-            frame: None,
+            transform: None,
             unit: 1.0,
             scale: None,
             region: Bounds::ALL_SPACE,
@@ -59,7 +59,7 @@ impl LocalPoint {
     fn moved_to(self, base: NodeId) -> Self {
         Self {
             base,
-            frame: None,
+            transform: None,
             region: Bounds::ALL_SPACE,
             ..self
         }
@@ -170,10 +170,10 @@ impl Lowering<'_> {
 
     /// Returns the node of the point itself, for operations that read it.
     fn point(&mut self, local_point: LocalPoint) -> NodeId {
-        let Some(frame) = local_point.frame else {
+        let Some(transform) = local_point.transform else {
             return local_point.base;
         };
-        let rows: [GraphNumber; 12] = frame.map(|id| self.number(id));
+        let rows: [GraphNumber; 12] = transform.map(|id| self.number(id));
         let linear_is_identity = (0..12)
             .filter(|i| i % 4 != 3)
             .all(|i| rows[i].is(if i % 4 == i / 4 { 1.0 } else { 0.0 }));
@@ -194,8 +194,8 @@ impl Lowering<'_> {
     }
 
     /// Returns `local_point` with one more affine map.
-    fn in_frame(&mut self, local_point: LocalPoint, matrix: [ExprId; 12]) -> LocalPoint {
-        let frame = match local_point.frame {
+    fn under_transform(&mut self, local_point: LocalPoint, matrix: [ExprId; 12]) -> LocalPoint {
+        let transform = match local_point.transform {
             Some(outer) => compose(&mut self.scene.expressions, &matrix, &outer),
             None => matrix,
         };
@@ -212,7 +212,7 @@ impl Lowering<'_> {
         });
         LocalPoint {
             base: local_point.base,
-            frame: Some(frame),
+            transform: Some(transform),
             unit: local_point.unit * stretch.sqrt(),
             region,
             ..local_point
@@ -295,7 +295,7 @@ impl Lowering<'_> {
                 matrix,
                 scale,
             } => {
-                let mut inner = self.in_frame(local_point, matrix);
+                let mut inner = self.under_transform(local_point, matrix);
                 if self.scene.expressions.as_constant(scale) != Some(1.0) {
                     inner.scale = Some(self.times(scale, local_point.scale));
                 }
@@ -572,8 +572,8 @@ impl Lowering<'_> {
         local_point: LocalPoint,
     ) -> NodeId {
         if let Some(matrix) = affine(&mut self.scene.expressions, coordinates) {
-            let framed = self.in_frame(local_point, matrix);
-            return self.point(framed);
+            let transformed = self.under_transform(local_point, matrix);
+            return self.point(transformed);
         }
         let values = coordinates.map(|id| self.operand(id, nodes)).to_vec();
         self.graph.add(GraphNode::Apply {

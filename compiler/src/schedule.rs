@@ -260,8 +260,8 @@ impl Scheduler<'_> {
         }
     }
 
-    /// Returns the frame of a point and its base point.
-    fn frame_and_base(&mut self, point: NodeId) -> (PointTransform, NodeId) {
+    /// Returns the transform of a point and its base point.
+    fn transform_and_base(&mut self, point: NodeId) -> (PointTransform, NodeId) {
         match self.graph.get(point) {
             GraphNode::Moved { point, by } => {
                 let index = self.add_numbers(by);
@@ -325,7 +325,7 @@ impl Scheduler<'_> {
         };
         let mut instruction = Instruction::new(Opcode::Top);
         if let Some(point) = point {
-            let (frame, base) = self.frame_and_base(point);
+            let (transform, base) = self.transform_and_base(point);
             match self.pop_points_to(base) {
                 Some(pops) => instruction.pops = pops,
                 None => {
@@ -334,7 +334,7 @@ impl Scheduler<'_> {
                     return;
                 }
             }
-            instruction.transform = frame;
+            instruction.transform = transform;
         }
         match self.graph.get(id) {
             GraphNode::Constant(number) => {
@@ -421,7 +421,7 @@ impl Scheduler<'_> {
         let GraphChainStep::Guard(guard) = &steps[step_index] else {
             unreachable!("the step is a guard")
         };
-        let (frame, base) = self.frame_and_base(guard.point);
+        let (transform, base) = self.transform_and_base(guard.point);
         let Some(pops) = self.pop_points_to(base) else {
             self.tasks.push(ScheduleTask::Guard(id, step_index));
             self.tasks.push(ScheduleTask::EnsurePoint(base));
@@ -429,7 +429,7 @@ impl Scheduler<'_> {
         };
         let instruction = Instruction {
             pops,
-            transform: frame,
+            transform,
             parameters: self.add_numbers(&guard.numbers),
             ..Instruction::new(Opcode::Guard)
         };
@@ -519,7 +519,7 @@ impl Scheduler<'_> {
             ..
         } = self.graph.get(point)
         else {
-            unreachable!("the world is always below; frames are part of instructions")
+            unreachable!("the world is always below; transforms are part of instructions")
         };
         self.tasks.push(ScheduleTask::EmitPoint(point));
         if let Some(inner_point) = inner_point {
@@ -549,7 +549,7 @@ impl Scheduler<'_> {
             ..Instruction::new(Opcode::Op(*op))
         };
         if let Some(point) = point {
-            let (frame, base) = self.frame_and_base(*point);
+            let (transform, base) = self.transform_and_base(*point);
             match self.pop_points_to(base) {
                 Some(pops) => instruction.pops = pops,
                 None => {
@@ -558,7 +558,7 @@ impl Scheduler<'_> {
                     return;
                 }
             }
-            instruction.transform = frame;
+            instruction.transform = transform;
         }
         instruction.parameters = self.add_parameters(*op, parameters);
         self.points.push(id);

@@ -2,7 +2,7 @@
 //!
 //! The minimum of the values of two touching parts is zero where they meet, deep inside the solid. An inset,
 //! a shell or the fillet of a cutter takes such values for the distance to the surface, and cuts along the
-//! seam. Most such parts are extended before ([`crate::cutters`]). The remaining seams are searched for by
+//! seam. Most such parts are extended before ([`crate::cutter_extension`]). The remaining seams are searched for by
 //! sampling. From a point of the solid, the gradient leads to the surface, or to a seam behind which the
 //! solid continues.
 

@@ -5,12 +5,12 @@
 //! closes all open brackets except braces. An unclosed `(` therefore affects its own statement only.
 
 use crate::ast::MAX_DEPTH;
+use crate::ast_builder::NestingError;
 use crate::codes;
 use crate::diagnostic::{Diagnostic, MAX_SHOWN_DIAGNOSTICS};
 use crate::lex::SpannedToken;
 use crate::span::{FileId, Span};
 use crate::token::Token;
-use crate::tree::NestingError;
 
 /// Tokens with matching brackets.
 pub(crate) struct BalancedTokens<'s> {

@@ -5,6 +5,7 @@
 //! and resolves no names.
 
 pub mod ast;
+mod ast_builder;
 mod brackets;
 pub mod codes;
 pub mod diagnostic;
@@ -17,7 +18,6 @@ mod parse;
 mod print;
 mod span;
 mod token;
-mod tree;
 
 #[allow(
     clippy::all,

@@ -6,6 +6,7 @@
 //! again.
 
 use crate::ast::{File, Item, Trivia};
+use crate::ast_builder::{AstBuilder, NestingError, TopLevel};
 use crate::brackets::{self, BalancedTokens, settings_brace};
 use crate::codes;
 use crate::diagnostic::{Diagnostic, MAX_SHOWN_DIAGNOSTICS};
@@ -15,7 +16,6 @@ use crate::lints;
 use crate::mistakes::{self, ErrorContext, Mistake, Repair};
 use crate::span::{FileId, Sources, Span};
 use crate::token::Token;
-use crate::tree::{AstBuilder, NestingError, TopLevel};
 use lalrpop_util::ParseError;
 
 /// Maximum size of a source file, in bytes.

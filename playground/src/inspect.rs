@@ -42,10 +42,10 @@ pub struct QueryPoints {
 
 impl QueryPoints {
     /// Returns the surface points of all hits in a picture. For a 2-D shape they cover its whole plane.
-    pub fn on_surface(frame: &Image, settings: &RenderSettings) -> Self {
+    pub fn on_surface(image: &Image, settings: &RenderSettings) -> Self {
         let rays = PictureRays::new(settings);
         let mut query_points = Self::default();
-        for (pixel, &depth) in frame.depth.iter().enumerate().take(rays.pixels()) {
+        for (pixel, &depth) in image.depth.iter().enumerate().take(rays.pixels()) {
             let ray = rays.for_pixel(pixel);
             let hit_distance = depth.is_finite().then_some(f64::from(depth));
             let distance = match settings.is_2d {

@@ -145,7 +145,7 @@ pub struct Picture {
     /// Red, green, blue and alpha of each pixel, in rows from the upper left.
     pub rgba: Arc<Vec<u8>>,
     /// Rendered image with all channels.
-    pub frame: Arc<Image>,
+    pub image: Arc<Image>,
     /// Settings of the picture.
     pub settings: RenderSettings,
     /// Device that the engine runs on.
@@ -173,7 +173,7 @@ pub struct PickTask {
     /// Engine that samples the point.
     pub engine: EngineKind,
     /// Image that contains the pixel.
-    pub frame: Arc<Image>,
+    pub image: Arc<Image>,
     /// Settings of that image.
     pub settings: RenderSettings,
     /// Column and row of the pixel.
@@ -305,13 +305,13 @@ impl Renderer {
         let settings = loaded.settings(&overrides)?;
         let started = Instant::now();
         let samples = task.samples.for_engine();
-        let frame = loaded
+        let image = loaded
             .engine
             .render_samples(&settings, samples, &task.stop)?;
         let mut picture = Picture {
-            size: [frame.width, frame.height],
-            rgba: Arc::new(frame.rgba8()),
-            frame: Arc::new(frame),
+            size: [image.width, image.height],
+            rgba: Arc::new(image.rgba8()),
+            image: Arc::new(image),
             settings,
             device: loaded.engine.device(),
             legend: Vec::new(),
@@ -333,13 +333,13 @@ impl Renderer {
         });
         PickResult {
             pixel: task.pixel,
-            size: [task.frame.width, task.frame.height],
+            size: [task.image.width, task.image.height],
             result,
         }
     }
 
     fn try_pick(&mut self, task: &PickTask) -> Result<Option<Box<Pick>>, DrawError> {
-        let Some(hit) = PixelHit::from_image(&task.frame, &task.settings, task.pixel) else {
+        let Some(hit) = PixelHit::from_image(&task.image, &task.settings, task.pixel) else {
             return Ok(None);
         };
         let Some(point) = hit.point() else {

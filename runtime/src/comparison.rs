@@ -1,4 +1,4 @@
-//! Verification of engines: the same image and the same values from each of them, compared in pairs.
+//! Comparison of engines: the same image and the same values from each of them, compared in pairs.
 //!
 //! There are two criteria. With strict arithmetic ([`Arithmetic::is_strict`]) engines must be equal in every
 //! bit. That holds for hit, depth, step count and normal, and for distances and gradients at points
@@ -117,18 +117,18 @@ pub fn compare(reference: &Image, image: &Image) -> (PictureDifferences, Vec<Str
     (differences, failures)
 }
 
-/// Verifies engines: loads the scene into each, renders its image, queries values at [`POINT_COUNT`] points,
+/// Compares engines: loads the scene into each, renders its image, queries values at [`POINT_COUNT`] points,
 /// and compares each engine with all earlier ones.
-pub fn verify(
+pub fn compare_engines(
     scene: &SceneInput<'_>,
     engines: &mut [Box<dyn Engine>],
     settings: &RenderSettings,
 ) -> Result<Report, EngineError> {
-    verify_with(scene, engines, settings, Arithmetic::Default)
+    compare_engines_with(scene, engines, settings, Arithmetic::Default)
 }
 
-/// Verifies engines like [`verify`], with the criterion of this arithmetic, which must be that of the engines.
-pub fn verify_with(
+/// Compares engines like [`compare_engines`], with the criterion of this arithmetic, which must be that of the engines.
+pub fn compare_engines_with(
     scene: &SceneInput<'_>,
     engines: &mut [Box<dyn Engine>],
     settings: &RenderSettings,

@@ -8,7 +8,6 @@
 mod beam;
 mod debug_views;
 pub(crate) mod engine;
-mod lanes;
 mod leaf_bins;
 mod march;
 mod morton;
@@ -16,11 +15,12 @@ mod normal;
 mod occlusion;
 mod packet;
 pub mod plane_quadtree;
+mod ray_tasks;
 mod refine_roots;
-mod sample;
 mod shade;
 mod shadow;
 mod tile;
+mod tile_stages;
 
 use crate::cells::{Aabb, Cells};
 pub use crate::render::FieldFacts;
@@ -35,22 +35,17 @@ pub trait RenderField: Sync {
     /// Returns the properties of the field besides its values.
     fn facts(&self) -> FieldFacts;
     /// Returns the cells for a picture, if they are profitable.
-    fn cells(&self, _picture: &RenderJob) -> Option<Arc<Cells>> {
+    fn cells(&self, _job: &RenderJob) -> Option<Arc<Cells>> {
         None
     }
     /// Returns the field at every pixel of a plane, as [`plane_quadtree::sample`] does, if that is profitable.
-    fn sample_plane(
-        &self,
-        _picture: &RenderJob,
-        _plane: &PixelPlane,
-        _band: f32,
-    ) -> Option<Vec<f32>> {
+    fn sample_plane(&self, _job: &RenderJob, _plane: &PixelPlane, _band: f32) -> Option<Vec<f32>> {
         None
     }
     /// Creates an evaluator with its buffers; each thread has its own.
     fn evaluator<'a>(
         &'a self,
-        picture: &RenderJob,
+        job: &RenderJob,
         cells: Option<&'a Cells>,
     ) -> Box<dyn Evaluator + 'a>;
 }
@@ -162,26 +157,26 @@ pub trait Evaluator {
 }
 
 /// Computes the surface at each pixel of a picture's first sample, without light and colours.
-pub fn geometry(field: &dyn RenderField, picture: &RenderJob) -> Geometry {
-    sample::geometry(field, picture)
+pub fn geometry(field: &dyn RenderField, job: &RenderJob) -> Geometry {
+    tile_stages::geometry(field, job)
 }
 
 /// Renders a picture. Returns `None` if `progress`, which is called after each tile, stops it.
 pub fn render(
     field: &dyn RenderField,
-    picture: &RenderJob,
+    job: &RenderJob,
     progress: &dyn RenderProgress,
 ) -> Option<Image> {
-    render_samples(field, picture, Samples::All, progress)
+    render_samples(field, job, Samples::All, progress)
 }
 
 /// Renders a range of a picture's samples. Returns `None` if `progress`, which is called after each tile,
 /// stops it.
 pub fn render_samples(
     field: &dyn RenderField,
-    picture: &RenderJob,
+    job: &RenderJob,
     samples: Samples<'_>,
     progress: &dyn RenderProgress,
 ) -> Option<Image> {
-    sample::render(field, picture, samples, progress)
+    tile_stages::render(field, job, samples, progress)
 }

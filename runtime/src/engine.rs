@@ -4,7 +4,7 @@
 //! same program in a kernel on a GPU. [`EngineKind::Wgsl`] runs WGSL generated for the scene on a GPU.
 //! [`EngineKind::Reference`] proves where rays end. It is slow, and the errors of the others are measured
 //! against it. All of them render in the same stages, so that images can be compared pixel by pixel
-//! ([`crate::verify`]). A new engine is an implementation of [`Engine`] and a variant of [`EngineKind`].
+//! ([`crate::comparison`]). A new engine is an implementation of [`Engine`] and a variant of [`EngineKind`].
 
 mod auto_select;
 mod open;

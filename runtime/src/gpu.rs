@@ -51,7 +51,7 @@ mod cell_builder;
 mod driver;
 pub(crate) mod engine;
 mod interp;
-mod kernels;
+mod kernel_cache;
 mod query;
 mod render;
 mod runner;

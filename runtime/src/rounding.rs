@@ -199,8 +199,8 @@ struct RayFan {
 }
 
 impl RayFan {
-    fn new(settings: &RenderSettings, picture: &RenderJob) -> Self {
-        let u = &picture.uniforms;
+    fn new(settings: &RenderSettings, job: &RenderJob) -> Self {
+        let u = &job.uniforms;
         let wide = |v: [f32; 3]| Vec3::from(v).as_dvec3();
         let [right, up] = [
             [wide(u.origin_right), wide(u.forward_right)],

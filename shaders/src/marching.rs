@@ -175,14 +175,7 @@ pub fn march_step<R: Real>(
     let overlaps = R::not((field + next_field).less(step));
     let is_estimate = R::or(is_plain, field.less(field_before));
     let secant_start = secant_start(threshold, half_pixel).named("secant_start");
-    let min_step = (half_pixel * lit(MIN_STEP_HALF_PIXELS))
-        .max(threshold)
-        .named("min_step");
-    let capped_step =
-        (min_step * speedup_after(count, CAPPED_SPEEDUP_STEPS)).min(half_pixel.max(min_step));
-    let short_step = capped_step
-        .max(min_step * speedup_after(count, UNCAPPED_SPEEDUP_STEPS))
-        .named("short_step");
+    let short_step = short_step::<R>(half_pixel, threshold, count).named("short_step");
     let is_value_short = field.less(short_step);
     let is_step_short = R::and(is_value_short, R::not(short_step.less(step)));
     let has_crossed = next_field.less(-depth);
@@ -285,6 +278,17 @@ pub fn sign_margin<R: Real>(rounding: R, slope: R, is_raw: R) -> R {
     rounding
         * (slope.abs() * lit(MARGIN_ROUNDINGS_PER_SLOPE) + known_slope_roundings)
             .min(lit(MARGIN_ROUNDINGS))
+}
+
+/// Returns the minimum step where the field is below it. It grows with the number of steps.
+#[inline(always)]
+fn short_step<R: Real>(half_pixel: R, threshold: R, count: R) -> R {
+    let min_step = (half_pixel * lit(MIN_STEP_HALF_PIXELS))
+        .max(threshold)
+        .named("min_step");
+    let capped_step =
+        (min_step * speedup_after(count, CAPPED_SPEEDUP_STEPS)).min(half_pixel.max(min_step));
+    capped_step.max(min_step * speedup_after(count, UNCAPPED_SPEEDUP_STEPS))
 }
 
 /// Returns the factor on the minimum step of a ray close to zero after `count` steps; 1 during the first

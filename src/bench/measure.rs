@@ -1,13 +1,13 @@
 //! One setting on one engine: the time of a picture, and its error.
 
 use super::variants::RenderSettingsVariant;
+use sdfc_runtime::comparison::Percentiles;
 use sdfc_runtime::engine::{Engine, EngineError};
 use sdfc_runtime::perceptual::{PerceptualDifference, pixel_differences};
 use sdfc_runtime::reference::{
     GroundTruth, Outcome, PictureErrors, PixelClass, ReferenceCamera, compare,
 };
 use sdfc_runtime::render::{Image, RenderSettings, View};
-use sdfc_runtime::verify::Percentiles;
 use serde::Serialize;
 use std::time::{Duration, Instant};
 
@@ -81,11 +81,11 @@ impl Baseline {
     }
 
     /// Returns the errors of depths, at smooth pixels where both hit, in sides of a pixel.
-    fn depth_errors_in_pixels(&self, frame: &Image, settings: &RenderSettings) -> Percentiles {
+    fn depth_errors_in_pixels(&self, image: &Image, settings: &RenderSettings) -> Percentiles {
         let camera = ReferenceCamera::new(settings);
         let rays = self.truth.rays.iter().zip(&self.truth.places);
         let errors =
-            rays.zip(&frame.depth)
+            rays.zip(&image.depth)
                 .filter_map(|((ray, place), &depth)| match ray.outcome {
                     Outcome::Hit { t0, t1 }
                         if *place == PixelClass::Smooth && depth.is_finite() =>

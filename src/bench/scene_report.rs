@@ -148,8 +148,8 @@ fn finest(opened: &OpenedScene, settings: &RenderSettings) -> Result<Vec<u8>, Fa
     let mut cpu = engine::open(EngineKind::Cpu, ArithmeticArgs::default())?;
     engine::load(&mut *cpu, opened)?;
     let settings = RenderSettingsVariant::finest().applied(settings);
-    let frame = cpu.render(&settings, &|_| {}).map_err(engine::to_failure)?;
-    Ok(frame.rgba8())
+    let image = cpu.render(&settings, &|_| {}).map_err(engine::to_failure)?;
+    Ok(image.rgba8())
 }
 
 /// The work for each engine.

@@ -50,7 +50,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
 /// Returns the functions of the language that are no operations of the table.
 fn functions() -> impl Iterator<Item = FunctionDoc> {
     let is_row = |name: &str| ROWS.iter().any(|row| word(row) == Some(name));
-    let functions = elaborate::reference().into_iter();
+    let functions = elaborate::function_docs().into_iter();
     functions.filter(move |function| !is_row(function.name))
 }
 

@@ -185,17 +185,17 @@ pub(super) fn draw(
     engine::load(engine, &scene)?;
     let label = arguments.scene.display().to_string();
     let progress = Progress::new(terminal, label, arguments.progress);
-    let frame = engine.render(&settings, &|fraction| progress.update(fraction));
+    let image = engine.render(&settings, &|fraction| progress.update(fraction));
     drop(progress);
-    let frame = frame.map_err(engine::to_failure)?;
+    let image = image.map_err(engine::to_failure)?;
     let duration = started.elapsed();
-    let bytes = encode_png([frame.width, frame.height], &frame.rgba8()).map_err(Failure::Input)?;
+    let bytes = encode_png([image.width, image.height], &image.rgba8()).map_err(Failure::Input)?;
     output::deliver(Some(to), &bytes, false)?;
     let lod_summary = lod.summary(&scene);
-    terminal.write(&summary(to, &frame, engine, duration, &lod_summary));
+    terminal.write(&summary(to, &image, engine, duration, &lod_summary));
     let rounding = rounding::warning_in(&scene, &settings);
-    let notes = visibility_notes::notes(scene.module(), &settings, &frame.stats);
-    for warning in render_warnings(&frame, settings.steps)
+    let notes = visibility_notes::notes(scene.module(), &settings, &image.stats);
+    for warning in render_warnings(&image, settings.steps)
         .into_iter()
         .chain(notes)
         .chain(rounding)
@@ -231,17 +231,17 @@ pub(super) fn destination(arguments: &Arguments) -> Result<PathBuf, Failure> {
 /// Returns the summary: the picture, the engine and the time.
 fn summary(
     to: &Path,
-    frame: &Image,
+    image: &Image,
     engine: &dyn Engine,
     duration: Duration,
     lod_summary: &str,
 ) -> String {
-    let memory_note = out_of_memory(frame.stats.cells.out_of_memory);
+    let memory_note = out_of_memory(image.stats.cells.out_of_memory);
     format!(
         "{}: {}x{}, {} on {}, {} ms{memory_note}{lod_summary}\n",
         to.display(),
-        frame.width,
-        frame.height,
+        image.width,
+        image.height,
         engine.kind(),
         engine.device(),
         duration.as_millis()
@@ -261,8 +261,8 @@ fn out_of_memory(cells: u64) -> String {
 }
 
 /// Returns warnings about rays and pixels that may be wrong in the picture.
-fn render_warnings(frame: &Image, steps: u32) -> Vec<String> {
-    let stats = &frame.stats;
+fn render_warnings(image: &Image, steps: u32) -> Vec<String> {
+    let stats = &image.stats;
     let fraction = |count: u64| {
         let total = stats.rays().max(1);
         format!(
@@ -290,7 +290,7 @@ fn render_warnings(frame: &Image, steps: u32) -> Vec<String> {
             fraction(stats.nans)
         ));
     }
-    let (colorless, pixels) = (frame.nan_pixels(), frame.color.len());
+    let (colorless, pixels) = (image.nan_pixels(), image.color.len());
     if colorless > 0 {
         warnings.push(format!(
             "{colorless} of {pixels} pixels are black, since their color is not a number: beside a surface \

@@ -6,10 +6,10 @@ use crate::output;
 use crate::scene::{self, BuildArgs};
 use crate::terminal::Terminal;
 use sdfc_io::png_encoding::encode_png;
+use sdfc_runtime::comparison::{Report, compare_engines_with, difference_image, small_settings};
 use sdfc_runtime::engine::{Engine, EngineKind};
 use sdfc_runtime::render::RenderSettings;
 use sdfc_runtime::settings::{Overrides, resolve};
-use sdfc_runtime::verify::{Report, difference_image, small_settings, verify_with};
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 
@@ -100,7 +100,8 @@ fn compare(
         None => small_settings(&settings),
     };
     let arithmetic = arguments.arithmetic.arithmetic();
-    verify_with(&scene.loaded(), engines, &settings, arithmetic).map_err(engine::to_failure)
+    compare_engines_with(&scene.loaded(), engines, &settings, arithmetic)
+        .map_err(engine::to_failure)
 }
 
 /// Writes the pictures of engines that differ, and their differences.

@@ -2,9 +2,9 @@
 
 use crate::corpus::{compiled, on_large_stack, scenes};
 use sdfc_compiler::passes::PassOptions;
+use sdfc_runtime::comparison::{compare_engines, small_settings};
 use sdfc_runtime::engine::{Engine, EngineKind, SceneInput, open};
 use sdfc_runtime::settings::{Overrides, resolve};
-use sdfc_runtime::verify::{small_settings, verify};
 use sdfc_shaders::assemble::SceneSource;
 use sdfc_trials::skip::is_gpu_skipped;
 
@@ -38,7 +38,7 @@ fn engines_draw_every_scene_alike() {
             uniform_values: &uniform_values,
             generated,
         };
-        let report = verify(&loaded, &mut engines, &small_settings(&settings));
+        let report = compare_engines(&loaded, &mut engines, &small_settings(&settings));
         let report = report.unwrap_or_else(|error| panic!("{}: {error}", path.display()));
         if !report.passed() {
             failures.push(format!("{}\n{report}", path.display()));

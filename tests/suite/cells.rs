@@ -9,10 +9,10 @@ use sdfc_lang::Sources;
 use sdfc_runtime::cells::{
     Aabb, CellSpec, CellSplit, Cells, Occupancy, SplitRule, build, rebuild_after_edit,
 };
+use sdfc_runtime::comparison::compare;
 use sdfc_runtime::engine::{Engine, EngineKind, SceneInput, open};
 use sdfc_runtime::render::{CellMode, Image, Mode, RenderSettings, Status};
 use sdfc_runtime::settings::{Overrides, resolve};
-use sdfc_runtime::verify::compare;
 use sdfc_shaders::assemble::SceneSource;
 use sdfc_trials::random::Random;
 use sdfc_vm::evaluate::evaluate_f64;
@@ -116,10 +116,10 @@ fn normals_by_leaves_are_those_of_the_full_program() {
             picture(&mut *engine, &compiled.module, &uniform_values, &settings)
         });
         let differs = |&index: &usize| {
-            let [n, m] = [&without, &with].map(|frame| Vec3::from(frame.normal[index]));
+            let [n, m] = [&without, &with].map(|image| Vec3::from(image.normal[index]));
             let is_hit = [&without, &with]
                 .iter()
-                .all(|frame| frame.status[index] == Status::Hit);
+                .all(|image| image.status[index] == Status::Hit);
             is_hit && n.dot(m) < MIN_NORMAL_COSINE
         };
         let differing: Vec<usize> = (0..without.normal.len()).filter(differs).collect();
@@ -317,8 +317,8 @@ fn fields_get_cells_where_they_are_worth_it() {
         let path = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join(scene);
         let mut compiled = on_large_stack(|| compiled(&path, PassOptions::default()));
         let uniform_values = compiled.module.update(0.0);
-        let frame = drawn(engine, &compiled, &uniform_values, (CellMode::Auto, size));
-        frame.stats.cells.count
+        let image = drawn(engine, &compiled, &uniform_values, (CellMode::Auto, size));
+        image.stats.cells.count
     };
     // Measured: see `runtime/src/cells/trial.rs`.
     for (scene, expects_cells) in [
@@ -607,7 +607,7 @@ fn the_interpreter_keeps_the_cells_that_an_edit_does_not_touch() {
         );
         assert_eq!(edited.depth, anew.depth);
         assert_eq!(edited.steps, anew.steps);
-        let [incremental, rebuilt] = [&edited, &anew].map(|frame| frame.stats.cells);
+        let [incremental, rebuilt] = [&edited, &anew].map(|image| image.stats.cells);
         // Replaced cells are not counted. The box is that of the first picture, and tapes are shared with
         // those built together.
         let near = |a: u64, b: u64| a.abs_diff(b) * 50 <= b;

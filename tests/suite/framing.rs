@@ -37,9 +37,9 @@ fn open_scenes() -> Vec<PathBuf> {
 }
 
 /// Returns the fraction of the picture's sides spanned by the hits, and whether they touch its edges.
-fn spanned_fraction(frame: &Image) -> Option<(f64, bool)> {
+fn spanned_fraction(image: &Image) -> Option<(f64, bool)> {
     let (mut low, mut high) = ([u32::MAX; 2], [0; 2]);
-    for (index, status) in frame.status.iter().enumerate() {
+    for (index, status) in image.status.iter().enumerate() {
         if *status == Status::Hit {
             let index = index as u32;
             let pixel = [index % SIZE[0], index / SIZE[0]];
@@ -78,8 +78,8 @@ fn open_cameras_frame_what_has_an_end() {
             generated: SceneSource::default(),
         };
         engine.load(&scene).expect("it loads");
-        let frame = engine.render(&settings, &|_| {}).expect("it is drawn");
-        let Some((fraction, is_cut)) = spanned_fraction(&frame) else {
+        let image = engine.render(&settings, &|_| {}).expect("it is drawn");
+        let Some((fraction, is_cut)) = spanned_fraction(&image) else {
             continue;
         };
         count += 1;
@@ -129,11 +129,11 @@ fn open_cameras_look_past_walls() {
             generated: SceneSource::default(),
         };
         engine.load(&scene).expect("it loads");
-        let frame = engine.render(&settings, &|_| {}).expect("it is drawn");
+        let image = engine.render(&settings, &|_| {}).expect("it is drawn");
         let view = settings.view;
         let from = DVec3::from(view.from);
         let view_direction = DVec3::from(view.look) - from;
-        let depth = f64::from(frame.depth[16 * 33 + 16]);
+        let depth = f64::from(image.depth[16 * 33 + 16]);
         let seen = from + view_direction / view_direction.length() * depth;
         assert!(
             (seen.length() - 0.5).abs() < 0.01,
@@ -166,8 +166,8 @@ fn spanned_fraction_of(text: &str, part: &str) -> Option<(f64, bool)> {
         generated: SceneSource::default(),
     };
     engine.load(&scene).expect("it loads");
-    let frame = engine.render(&settings, &|_| {}).expect("it is drawn");
-    spanned_fraction(&frame)
+    let image = engine.render(&settings, &|_| {}).expect("it is drawn");
+    spanned_fraction(&image)
 }
 
 /// Returns the pairs of a text and its bounded part that are framed wrongly.

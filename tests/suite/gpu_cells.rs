@@ -43,8 +43,8 @@ fn drawn(
     overrides: &Overrides,
 ) -> Result<Image, String> {
     let settings = resolve(module, uniform_values, overrides).expect("the scene has settings");
-    let frame = engine.render(&settings, &|_| {});
-    frame.map_err(|error| error.to_string())
+    let image = engine.render(&settings, &|_| {});
+    image.map_err(|error| error.to_string())
 }
 
 fn small(cells: CellMode) -> Overrides {
@@ -260,9 +260,9 @@ fn the_device_makes_as_many_cells_as_the_processor() {
             .load(&loaded(&module, &uniform_values))
             .expect("it loads");
         let mut draw = |cells| {
-            let frame =
+            let image =
                 drawn(&mut *engine, &module, &uniform_values, &wide(cells)).expect("it is drawn");
-            frame.stats.cells
+            image.stats.cells
         };
         let [processor, device] = [CellMode::Cpu, CellMode::Gpu].map(&mut draw);
         assert!(processor.count > 1000, "{name}: {processor:?}");
@@ -302,7 +302,7 @@ fn by_intervals_the_device_leaves_out_as_much_as_the_processor() {
         let cell_modes = [CellMode::Never, CellMode::Cpu, CellMode::Gpu];
         let [without, processor, device] = cell_modes.map(&mut draw);
         assert_eq!(differing(&without, &device), [0; 5], "{name}");
-        let [processor, device] = [processor, device].map(|frame| frame.stats.cells);
+        let [processor, device] = [processor, device].map(|image| image.stats.cells);
         assert!(processor.count > 1000, "{name}: {processor:?}");
         assert!(
             are_equally_many(processor, device, repeat_factor),
@@ -333,7 +333,7 @@ fn cells_of_2d_shapes_are_split_too() {
         let cell_modes = [CellMode::Never, CellMode::Cpu, CellMode::Gpu];
         let [without, processor, device] = cell_modes.map(&mut draw);
         assert_eq!(differing(&without, &device), [0; 5], "{mode:?}");
-        let [processor, device] = [processor, device].map(|frame| frame.stats.cells);
+        let [processor, device] = [processor, device].map(|image| image.stats.cells);
         assert!(processor.count > 1000, "{mode:?}: {processor:?}");
         assert!(
             are_equally_many(processor, device, 3),
@@ -397,7 +397,7 @@ fn the_device_leaves_out_no_more_than_the_processor() {
         let cell_modes = [CellMode::Never, CellMode::Cpu, CellMode::Gpu];
         let [without, processor, device] = cell_modes.map(&mut draw);
         assert_eq!(differing(&without, &device), [0; 5], "{mode:?}");
-        let [processor, device] = [processor, device].map(|frame| frame.stats.cells);
+        let [processor, device] = [processor, device].map(|image| image.stats.cells);
         assert!(
             device.count * 100 >= processor.count * 99,
             "{mode:?}: {processor:?}, {device:?}"
@@ -605,7 +605,7 @@ fn edit(scene: &str, (mut module, uniform_values): (Module, Vec<f64>), mode: Mod
         assert_eq!(differing(&without_cells, &with_room), [0; 5], "{label}");
         assert_eq!(differing(&without_cells, &without), [0; 5], "{label}");
         let [device, tight, cpu_cells] =
-            [with_room, without, cpu_cells].map(|frame| frame.stats.cells);
+            [with_room, without, cpu_cells].map(|image| image.stats.cells);
         assert_eq!(device.out_of_memory, 0);
         if edit == 0 {
             assert_eq!(device.fresh, device.count);

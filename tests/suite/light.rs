@@ -1,6 +1,6 @@
 //! Lighting of scenes that were once lit wrongly, on the CPU.
 
-use crate::metamorphic::draw::{DrawOptions, frame};
+use crate::metamorphic::draw::{DrawOptions, image};
 use glam::DVec3;
 use sdfc_compiler::passes::PassOptions;
 use sdfc_runtime::engine::{EngineKind, open};
@@ -18,12 +18,12 @@ fn picture(text: &str, size: [u32; 2]) -> Image {
         cells: CellMode::Auto,
         scale: 1.0,
     };
-    frame(&mut *engine, text, &offset).expect("it compiles")
+    image(&mut *engine, text, &offset).expect("it compiles")
 }
 
 /// Returns the brightness of a pixel, from 0 to 765.
-fn brightness(frame: &Image, bytes: &[u8], x: usize, y: usize) -> i32 {
-    let pixel_start = 4 * (y * frame.width + x);
+fn brightness(image: &Image, bytes: &[u8], x: usize, y: usize) -> i32 {
+    let pixel_start = 4 * (y * image.width + x);
     bytes[pixel_start..pixel_start + 3]
         .iter()
         .map(|&channel| i32::from(channel))
@@ -31,15 +31,15 @@ fn brightness(frame: &Image, bytes: &[u8], x: usize, y: usize) -> i32 {
 }
 
 /// Returns the pixels that are brighter than all eight neighbours by more than `max`, of 765.
-fn bright_dots(frame: &Image, max: i32) -> Vec<[usize; 2]> {
-    let bytes = frame.rgba8();
-    let pixels = (1..frame.height - 1).flat_map(|y| (1..frame.width - 1).map(move |x| [x, y]));
+fn bright_dots(image: &Image, max: i32) -> Vec<[usize; 2]> {
+    let bytes = image.rgba8();
+    let pixels = (1..image.height - 1).flat_map(|y| (1..image.width - 1).map(move |x| [x, y]));
     pixels
         .filter(|&[x, y]| {
-            let centre = brightness(frame, &bytes, x, y);
+            let centre = brightness(image, &bytes, x, y);
             let around = (y - 1..=y + 1).flat_map(|v| (x - 1..=x + 1).map(move |u| [u, v]));
             let mut others = around.filter(|&other| other != [x, y]);
-            others.all(|[u, v]| brightness(frame, &bytes, u, v) + max < centre)
+            others.all(|[u, v]| brightness(image, &bytes, u, v) + max < centre)
         })
         .collect()
 }
@@ -385,11 +385,11 @@ fn closed_cases_keep_their_light() {
                  sky {{ top: #000000, horizon: #000000, ground: #000000, ambient: 0 }}\n\
                  box(0.4, 0.3, 0.4).shell({thickness}).translate(0, 0.5, 0) | plane(Y) | plane(Z, at: -2)\n"
             );
-            let frame = picture(&text, [96, 72]);
-            let bytes = frame.rgba8();
+            let image = picture(&text, [96, 72]);
+            let bytes = image.rgba8();
             let lit = (0..72).flat_map(|y| (0..96).map(move |x| (x, y)));
             let lit = lit
-                .filter(|&(x, y)| brightness(&frame, &bytes, x, y) > 3)
+                .filter(|&(x, y)| brightness(&image, &bytes, x, y) > 3)
                 .count();
             assert_eq!(lit, 0, "{form}, {thickness}");
         }

@@ -6,7 +6,7 @@ mod cli;
 mod conventions;
 mod corpus;
 mod framing;
-mod general;
+mod generic_kernels;
 mod gpu_cells;
 mod hard;
 mod light;

@@ -2,7 +2,7 @@
 //! 2-D shape, with cells and without. The CPU also draws them without passes. All pictures must be alike.
 
 use crate::metamorphic::compare::{Picture, compare};
-use crate::metamorphic::draw::{DrawOptions, frame};
+use crate::metamorphic::draw::{DrawOptions, image};
 use sdfc_compiler::passes::PassOptions;
 use sdfc_runtime::engine::{Engine, EngineKind, open};
 use sdfc_runtime::render::CellMode;
@@ -72,7 +72,7 @@ fn options(kind: EngineKind) -> Vec<DrawOptions> {
 
 /// Draws a text. Returns its picture, or the reason why the picture cannot be that of a shape.
 fn draw(engine: &mut dyn Engine, text: &str, options: &DrawOptions) -> Result<Picture, String> {
-    let image = frame(engine, text, options)?;
+    let image = image(engine, text, options)?;
     let hits = image.depth.iter().filter(|depth| depth.is_finite()).count();
     let picture = Picture::new(&image, options.scale);
     if hits < MIN_HITS || picture.lost > 0 {

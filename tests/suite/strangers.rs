@@ -181,7 +181,7 @@ fn scattered_indices(count: usize) -> impl Iterator<Item = usize> {
 
 /// Compares the pixels of a picture until the oracle has run `max_steps` steps. Returns the wrong pixels
 /// and the number of compared ones.
-fn compare(truth: &mut RayTruth, frame: &Image, max_steps: u64) -> (WrongPixels, usize) {
+fn compare(truth: &mut RayTruth, image: &Image, max_steps: u64) -> (WrongPixels, usize) {
     let mut wrong = WrongPixels::default();
     let steps_before = Oracle::steps_run();
     let mut compared = 0;
@@ -190,20 +190,20 @@ fn compare(truth: &mut RayTruth, frame: &Image, max_steps: u64) -> (WrongPixels,
             break;
         }
         compared += 1;
-        if frame.status[pixel] == Status::StepCap {
+        if image.status[pixel] == Status::StepCap {
             wrong.hits.push(pixel);
             continue;
         }
         let outcome = truth.outcome(pixel);
-        let is_hit = matches!(frame.status[pixel], Status::Hit | Status::Inside)
-            && f64::from(frame.depth[pixel]) < truth.far;
+        let is_hit = matches!(image.status[pixel], Status::Hit | Status::Inside)
+            && f64::from(image.depth[pixel]) < truth.far;
         let same = |trace: &TraceOutcome| match trace {
             TraceOutcome::Hit { .. } => is_hit,
             TraceOutcome::Miss => !is_hit,
             TraceOutcome::Undecided { .. } => true,
         };
         let drawn = if is_hit {
-            f64::from(frame.depth[pixel])
+            f64::from(image.depth[pixel])
         } else {
             f64::INFINITY
         };
@@ -238,12 +238,12 @@ fn compare(truth: &mut RayTruth, frame: &Image, max_steps: u64) -> (WrongPixels,
             }
             continue;
         }
-        let side = if frame.status[pixel] == Status::Inside {
+        let side = if image.status[pixel] == Status::Inside {
             -1.0
         } else {
             1.0
         };
-        let drawn = side * Vec3::from(frame.normal[pixel]).as_dvec3();
+        let drawn = side * Vec3::from(image.normal[pixel]).as_dvec3();
         let Some(normal) = normal else { continue };
         if angle(normal.into(), drawn) > MAX_NORMAL_ERROR_DEGREES {
             let normals: Vec<DVec3> = truth
@@ -257,7 +257,7 @@ fn compare(truth: &mut RayTruth, frame: &Image, max_steps: u64) -> (WrongPixels,
             let max_angle = normals
                 .iter()
                 .fold(0.0, |most: f64, n| most.max(angle(normal.into(), *n)));
-            let outward_normal = truth.outward(pixel, f64::from(frame.depth[pixel]));
+            let outward_normal = truth.outward(pixel, f64::from(image.depth[pixel]));
             let fits = |n: DVec3| angle(n, drawn) < MAX_NORMAL_ERROR_DEGREES.max(max_angle);
             if !fits(outward_normal) && !normals.into_iter().any(fits) {
                 wrong.normals.push(pixel);
@@ -317,9 +317,9 @@ fn examine(path: &Path, engines: &mut [Box<dyn Engine>], max_steps: u64) -> Stri
                 cells,
                 ..settings.clone()
             };
-            let frame = engine.render(&settings, &|_| {}).expect("it draws");
-            let (wrong, compared) = compare(&mut truth, &frame, max_steps);
-            let Image { stats, .. } = &frame;
+            let image = engine.render(&settings, &|_| {}).expect("it draws");
+            let (wrong, compared) = compare(&mut truth, &image, max_steps);
+            let Image { stats, .. } = &image;
             if wrong.count() > excused || stats.step_caps > 0 {
                 let (hits, depths, normals) =
                     (wrong.hits.len(), wrong.depths.len(), wrong.normals.len());
@@ -327,8 +327,8 @@ fn examine(path: &Path, engines: &mut [Box<dyn Engine>], max_steps: u64) -> Stri
                 let listed = all.into_iter().flatten().take(MAX_LISTED_PIXELS);
                 let listed: String = listed
                     .map(|&pixel| {
-                        let coordinates = [pixel % frame.width, pixel / frame.width];
-                        let drawn = (frame.depth[pixel], frame.normal[pixel]);
+                        let coordinates = [pixel % image.width, pixel / image.width];
+                        let drawn = (image.depth[pixel], image.normal[pixel]);
                         format!(
                             "\n  {coordinates:?}: {:?}, drawn {drawn:?}",
                             truth.outcomes[pixel]

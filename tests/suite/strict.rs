@@ -15,11 +15,11 @@ mod programs;
 use crate::corpus::{compiled, name, on_large_stack, scenes};
 use sdfc_compiler::compile::Compiled;
 use sdfc_compiler::passes::PassOptions;
+use sdfc_runtime::comparison::{BitDifferences, Report, compare_engines_with};
 use sdfc_runtime::engine::{Engine, EngineKind, SceneInput, open_with};
 use sdfc_runtime::gpu::Arithmetic;
 use sdfc_runtime::render::{CellMode, Image, Mode, RenderSettings};
 use sdfc_runtime::settings::{Overrides, resolve};
-use sdfc_runtime::verify::{BitDifferences, Report, verify_with};
 use sdfc_shaders::assemble::SceneSource;
 use sdfc_trials::skip::is_gpu_skipped;
 use std::process::Command;
@@ -85,7 +85,7 @@ impl Case {
             },
             ..self.loaded()
         };
-        let report = verify_with(&loaded, engines, &self.settings, arithmetic);
+        let report = compare_engines_with(&loaded, engines, &self.settings, arithmetic);
         report.unwrap_or_else(|error| panic!("{error}"))
     }
 
@@ -201,8 +201,8 @@ fn keep_every_bit(arithmetic: Arithmetic, names: &[&str]) {
         for cells in [CellMode::Cpu, CellMode::Gpu] {
             let with = drawn(cells);
             assert!(with.stats.cells.count > 64, "{name} {cells:?}");
-            let bits = |frame: &Image| -> Vec<[u32; 5]> {
-                let all = frame.depth.iter().zip(&frame.normal).zip(&frame.steps);
+            let bits = |image: &Image| -> Vec<[u32; 5]> {
+                let all = image.depth.iter().zip(&image.normal).zip(&image.steps);
                 all.map(|((t, n), steps)| {
                     [
                         t.to_bits(),

@@ -57,8 +57,8 @@ fn pictures_of_all_engines_are_near_the_truth() {
                     cells,
                     ..settings.clone()
                 };
-                let frame = engine.render(&settings, &|_| {}).expect("it draws");
-                let errors = compare(&truth, &frame);
+                let image = engine.render(&settings, &|_| {}).expect("it draws");
+                let errors = compare(&truth, &image);
                 let depth = errors.depth_smooth.p99;
                 if errors.mismatches_inside > 0 || errors.nans > 0 || depth > 1e-5 {
                     wrong.push(format!("{name} on {kind}, cells {cells:?}: {errors:#?}"));
@@ -82,7 +82,7 @@ fn unproved_hits_have_the_normals_of_the_field() {
     };
     let [truth, drawn] = [EngineKind::Reference, EngineKind::Cpu].map(|kind| {
         let mut engine = open(kind).expect("both run on the CPU");
-        draw::frame(&mut *engine, text, &options).expect("it compiles")
+        draw::image(&mut *engine, text, &options).expect("it compiles")
     });
     let alike = |a: &[f32; 3], b: &[f32; 3]| a.iter().zip(b).all(|(a, b)| (a - b).abs() < 0.02);
     let pairs = truth.normal.iter().zip(&drawn.normal);
@@ -110,9 +110,9 @@ fn every_ray_of_a_scene_ends() {
         settings.mode = Mode::Depth;
         let loaded = scene_input(&compiled, &uniform_values, &source);
         engine.load(&loaded).expect("it loads");
-        let frame = engine.render(&settings, &|_| {}).expect("it draws");
-        if frame.stats.step_caps > 0 {
-            left.push(format!("{}: {} rays", name(&path), frame.stats.step_caps));
+        let image = engine.render(&settings, &|_| {}).expect("it draws");
+        if image.stats.step_caps > 0 {
+            left.push(format!("{}: {} rays", name(&path), image.stats.step_caps));
         }
     }
     assert!(left.is_empty(), "out of steps: {}", left.join(", "));

@@ -2,7 +2,7 @@
 
 use crate::random::Random;
 use crate::seeds::{CLAUSES, FILES, TEXTS};
-use sdfc_compiler::elaborate::reference;
+use sdfc_compiler::elaborate::function_docs;
 use sdfc_vm::file::with_header;
 use std::sync::LazyLock;
 
@@ -202,8 +202,12 @@ const METHODS: &[&str] = &[
 ];
 
 /// Names of all items of the language.
-static NAMES: LazyLock<Vec<&'static str>> =
-    LazyLock::new(|| reference().into_iter().map(|entry| entry.name).collect());
+static NAMES: LazyLock<Vec<&'static str>> = LazyLock::new(|| {
+    function_docs()
+        .into_iter()
+        .map(|entry| entry.name)
+        .collect()
+});
 
 /// Returns a scene's text with light damage, or a text that is oversized in one way.
 pub fn text(seed: u64) -> String {

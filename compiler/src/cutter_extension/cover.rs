@@ -74,7 +74,7 @@ impl CutterExtension<'_> {
         if is_revolved && !(is_round_pair && (near_section.is_round || region.is_ring)) {
             return None;
         }
-        if near_section.is_round && region.to_part()?.rows != part.frame {
+        if near_section.is_round && region.to_part()?.rows != part.placement {
             return None;
         }
         let axes = if near_section.is_round { 1..2 } else { 0..3 };

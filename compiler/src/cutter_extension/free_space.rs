@@ -33,7 +33,7 @@ pub(super) struct GrowingPart {
     /// The axis of the region's frame along which the face moves.
     pub(super) axis: usize,
     /// The map from the region's frame to that of the part.
-    pub(super) frame: AffineRows,
+    pub(super) placement: AffineRows,
     /// Cross sections at the old and the farthest new position of the face. Their hull contains the
     /// extension.
     pub(super) sections: Option<[Section; 2]>,
@@ -48,7 +48,7 @@ impl CutterExtension<'_> {
         path: &[PathStep],
         cut: &CutContext,
     ) -> bool {
-        let Some(regions) = Region::images_of_box(added_box, &part.frame, path) else {
+        let Some(regions) = Region::images_of_box(added_box, &part.placement, path) else {
             return false;
         };
         let is_2d = self.scene.shapes[cut.body.unwrap_or(part.id).0 as usize].is_2d;

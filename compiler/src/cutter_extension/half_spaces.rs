@@ -59,7 +59,7 @@ impl CutterExtension<'_> {
                 is_straight: false,
                 blend_radius: 0.0,
                 axis,
-                frame: IDENTITY,
+                placement: IDENTITY,
                 sections: None,
             };
             if support > offset && !self.is_free(&part, &added_box, path, cut) {

@@ -68,7 +68,7 @@ impl Edge {
     }
 
     /// Returns the map from the frame of the edge, with x outwards and y along it, to that of the polygon.
-    fn frame(&self) -> AffineRows {
+    fn placement(&self) -> AffineRows {
         let (n, origin) = (self.normal, self.ends[0]);
         let mut rows = IDENTITY;
         rows[0] = [n.x, -n.y, 0.0, origin.x];
@@ -146,7 +146,7 @@ impl CutterExtension<'_> {
                     is_straight: false,
                     blend_radius: 0.0,
                     axis: 0,
-                    frame: edge.frame(),
+                    placement: edge.placement(),
                     sections: Some([section(edge.ends), section(moved)]),
                 };
                 let added = edge.bounds(&[edge.ends, moved].concat(), [0.0, distance]);
@@ -182,7 +182,7 @@ impl CutterExtension<'_> {
             is_straight: false,
             blend_radius: 0.0,
             axis: 0,
-            frame: edge.frame(),
+            placement: edge.placement(),
             sections: None,
         };
         self.is_free(&part, &edge.bounds(points, [-max_step, 0.0]), path, cut)

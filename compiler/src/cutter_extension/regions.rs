@@ -37,18 +37,18 @@ impl Region {
     /// bounds rule.
     pub(super) fn images_of_box(
         added_box: &Bounds,
-        frame: &AffineRows,
+        placement: &AffineRows,
         path: &[PathStep],
     ) -> Option<Vec<Self>> {
         let mut frame_maps = vec![None; path.len() + 1];
         frame_maps[path.len()] = Some(FrameMap {
-            rows: *frame,
+            rows: *placement,
             is_half_plane: false,
         });
         let mut regions = vec![Self {
             bounds: *added_box,
             is_ring: false,
-            rows: *frame,
+            rows: *placement,
             frame_maps,
         }];
         for (depth, step) in path.iter().enumerate().rev() {

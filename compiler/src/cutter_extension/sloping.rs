@@ -20,18 +20,19 @@ struct SlopedSolid {
     /// Heights of both faces.
     heights: [f64; 2],
     /// The map from its own frame to that of the part.
-    frame: AffineRows,
+    placement: AffineRows,
 }
 
 impl SlopedSolid {
     /// Returns the solid of an operation with these parameters, if its faces can be moved.
     fn new(op: Op, numbers: &[f64]) -> Option<Self> {
-        let (radii, half, frame) = match (op, numbers) {
+        let (radii, half, placement) = match (op, numbers) {
             (Op::Cone, &[bottom, top, half, ..]) => ([bottom, top], half, IDENTITY),
             (Op::Pyramid, &[base, half, ..]) => ([base, 0.0], half, IDENTITY),
             (Op::CylinderBetween, &[x, y, z, r, along_x, along_y, along_z, half]) => {
-                let frame = frame_along(DVec3::new(along_x, along_y, along_z), DVec3::new(x, y, z));
-                ([r, r], half, frame)
+                let placement =
+                    placement_along(DVec3::new(along_x, along_y, along_z), DVec3::new(x, y, z));
+                ([r, r], half, placement)
             }
             _ => return None,
         };
@@ -40,7 +41,7 @@ impl SlopedSolid {
             op,
             radii,
             heights: [-half, half],
-            frame,
+            placement,
         })
     }
 
@@ -81,7 +82,7 @@ impl SlopedSolid {
         Section {
             points: points
                 .into_iter()
-                .map(|p| transform_point(&self.frame, p))
+                .map(|p| transform_point(&self.placement, p))
                 .collect(),
             is_round,
             is_2d: false,
@@ -126,7 +127,7 @@ impl CutterExtension<'_> {
                     is_straight: false,
                     blend_radius: 0.0,
                     axis: 1,
-                    frame: new.frame,
+                    placement: new.placement,
                     sections: Some([solid.section(upper), new.section(upper)]),
                 };
                 let added = new.between(solid.heights[upper], new.heights[upper]);
@@ -168,7 +169,7 @@ impl CutterExtension<'_> {
             is_straight: false,
             blend_radius: 0.0,
             axis: 1,
-            frame: solid.frame,
+            placement: solid.placement,
             sections: None,
         };
         self.is_free(&part, &solid.between(inner, face), path, cut)
@@ -178,7 +179,8 @@ impl CutterExtension<'_> {
     fn add_solid(&mut self, like: ShapeId, solid: &SlopedSolid) -> ShapeId {
         let [bottom, top] = solid.radii;
         let [low, high] = solid.heights;
-        let point_at = |y: f64| transform_point(&solid.frame, DVec3::new(0.0, y, 0.0)).to_array();
+        let point_at =
+            |y: f64| transform_point(&solid.placement, DVec3::new(0.0, y, 0.0)).to_array();
         let numbers = match solid.op {
             Op::Cone => prepare(Op::Cone, &[bottom, top, high - low]),
             Op::Pyramid => prepare(Op::Pyramid, &[2.0 * bottom, high - low]),
@@ -204,7 +206,7 @@ impl CutterExtension<'_> {
 }
 
 /// Returns the frame with its origin at a point and the y axis along a direction.
-fn frame_along(axis: DVec3, origin: DVec3) -> AffineRows {
+fn placement_along(axis: DVec3, origin: DVec3) -> AffineRows {
     let helper = if axis.x.abs() < 0.5 {
         DVec3::X
     } else {

@@ -139,7 +139,7 @@ impl CutterExtension<'_> {
             is_straight: true,
             blend_radius,
             axis,
-            frame: IDENTITY,
+            placement: IDENTITY,
             sections: Some(self.straight_sections(id, bounds, (axis, face, face + step))),
         };
         if is_thick && self.is_free(&part, &between(face - step, face), path, cut) {

@@ -17,7 +17,7 @@ pub struct FunctionDoc {
 }
 
 /// Returns all built-in functions, sorted by name.
-pub fn reference() -> Vec<FunctionDoc> {
+pub fn function_docs() -> Vec<FunctionDoc> {
     vocabulary::names().filter_map(entry).collect()
 }
 
@@ -345,7 +345,7 @@ mod tests {
 
     #[test]
     fn every_function_is_described_once() {
-        for entry in reference() {
+        for entry in function_docs() {
             assert!(!entry.doc.is_empty(), "{} has no description", entry.name);
             assert!(
                 !entry.signatures.is_empty(),

@@ -2,9 +2,9 @@
 //! Others are not a single operation: transforms, set operations, fields, numbers, lists.
 
 use super::Elaborator;
+use super::argument_conversion::TypedBuiltinFn;
 use super::arguments::{ExpectedKind, Invocation, ParamSpec, optional, required};
 use super::blend_spec::SetOperator;
-use super::bound_args::TypedBuiltinFn;
 use super::builtins::math::{MATH, MathRow};
 use super::shapes::shape_value;
 use super::value::{EvalResult, Value};

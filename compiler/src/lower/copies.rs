@@ -82,7 +82,7 @@ impl Lowering<'_> {
                             let inner = if sector == 0 {
                                 local_point
                             } else {
-                                self.in_frame(local_point, turn)
+                                self.under_transform(local_point, turn)
                             };
                             self.shape(child, inner, value_use)
                         })

@@ -1,9 +1,9 @@
 //! Folds constants, removes identities, and composes maps of points. Before: any graph. After: no
-//! operation reads only constants, none of the identities below is left, and no frame follows another
-//! (`frames.rs`). The value is the same in every bit, but for the sign of zeros. Where two frames were
+//! operation reads only constants, none of the identities below is left, and no transform follows another
+//! (`transforms.rs`). The value is the same in every bit, but for the sign of zeros. Where two transforms were
 //! composed, the point is the same up to one rounding.
 
-mod frames;
+mod transforms;
 
 use super::pass::{Context, PassOutput, plural, rewrite_graph};
 use crate::graph::{Graph, GraphNode, GraphNumber, NodeId};
@@ -13,15 +13,16 @@ use sdfc_vm::vector::V3;
 
 /// Returns the folded graph.
 pub fn fold(graph: &Graph, _: &Context) -> PassOutput {
-    let (mut constants, mut identities, mut frames) = (0, 0, 0);
-    let composable = frames::composable(graph);
+    let (mut constants, mut identities, mut transforms) = (0, 0, 0);
+    let composable = transforms::composable(graph);
     let graph = rewrite_graph(graph, |to, id, mut node| {
         if let Some(value) = constant_value(to, &node) {
             constants += 1;
             return to.add(GraphNode::Constant(GraphNumber::Constant(value)));
         }
-        if let Some(simplified_node) = frames::simplified(to, &node, composable[id.0 as usize]) {
-            frames += 1;
+        if let Some(simplified_node) = transforms::simplified(to, &node, composable[id.0 as usize])
+        {
+            transforms += 1;
             node = simplified_node;
         }
         if let Some(id) = passthrough_operand(to, &node) {
@@ -34,7 +35,7 @@ pub fn fold(graph: &Graph, _: &Context) -> PassOutput {
         plural(constants, "constant", "constants"),
         plural(identities, "identity", "identities"),
         plural(
-            frames,
+            transforms,
             "map of points made simpler",
             "maps of points made simpler",
         ),

@@ -333,7 +333,7 @@ fn no_text_makes_it_panic() {
             .iter()
             .map(|(_, scene)| (*scene).to_owned()),
     );
-    let functions = sdfc_compiler::elaborate::reference();
+    let functions = sdfc_compiler::elaborate::function_docs();
     let odd = [
         "0",
         "-1",

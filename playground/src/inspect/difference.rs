@@ -1,7 +1,7 @@
 //! Difference between two engines: pictures of the same view, compared as `sdfc verify` does.
 
+use sdfc_runtime::comparison::{PictureDifferences, compare, difference_image};
 use sdfc_runtime::render::Image;
-use sdfc_runtime::verify::{PictureDifferences, compare, difference_image};
 use std::fmt;
 
 /// Comparison of two pictures.
@@ -18,13 +18,13 @@ pub struct EngineDifference {
 
 /// Compares two pictures of the same settings; the first one is the reference. Returns `None` if their
 /// sizes differ.
-pub fn difference(reference: &Image, frame: &Image) -> Option<EngineDifference> {
-    if (reference.width, reference.height) != (frame.width, frame.height) {
+pub fn difference(reference: &Image, image: &Image) -> Option<EngineDifference> {
+    if (reference.width, reference.height) != (image.width, image.height) {
         return None;
     }
-    let (numbers, failures) = compare(reference, frame);
+    let (numbers, failures) = compare(reference, image);
     Some(EngineDifference {
-        picture: difference_image(reference, frame),
+        picture: difference_image(reference, image),
         numbers,
         failures,
     })

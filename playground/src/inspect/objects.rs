@@ -33,23 +33,23 @@ fn ink(leaf: u32) -> Color {
 }
 
 /// Returns the leaf number at a pixel (column and row); 0 without a leaf.
-pub fn leaf_at(frame: &Image, [column, row]: [u32; 2]) -> u32 {
+pub fn leaf_at(image: &Image, [column, row]: [u32; 2]) -> u32 {
     let [column, row] = [column, row].map(|n| n as usize);
-    if column >= frame.width {
+    if column >= image.width {
         return 0;
     }
-    let leaf = frame.id.get(row * frame.width + column);
+    let leaf = image.id.get(row * image.width + column);
     leaf.copied().unwrap_or(0)
 }
 
 /// Draws the leaves of an image in light shades of their colours. If a leaf is picked, the others are
 /// darkened and the picked one is outlined.
-pub fn draw(frame: &Image, settings: &RenderSettings, picked: Option<u32>) -> Vec<u8> {
+pub fn draw(image: &Image, settings: &RenderSettings, picked: Option<u32>) -> Vec<u8> {
     let rays = PictureRays::new(settings);
     let picked = picked.filter(|&leaf| leaf > 0);
-    let mut picture = Vec::with_capacity(4 * frame.id.len());
-    for (pixel, &leaf) in frame.id.iter().enumerate() {
-        let shade = match frame.normal.get(pixel) {
+    let mut picture = Vec::with_capacity(4 * image.id.len());
+    for (pixel, &leaf) in image.id.iter().enumerate() {
+        let shade = match image.normal.get(pixel) {
             Some(&normal) if normal != [0.0; 3] && !settings.is_2d => {
                 let normal = Vec3::from(normal).as_dvec3();
                 let facing = -normal.dot(rays.for_pixel(pixel).direction);
@@ -68,31 +68,31 @@ pub fn draw(frame: &Image, settings: &RenderSettings, picked: Option<u32>) -> Ve
             _ => shown,
         }));
     }
-    for pixel in 0..frame.id.len() {
-        let leaf = frame.id[pixel];
-        let [right, below] = neighbours(frame, pixel);
+    for pixel in 0..image.id.len() {
+        let leaf = image.id[pixel];
+        let [right, below] = neighbours(image, pixel);
         let differs = |neighbour: Option<usize>| {
-            neighbour.is_some_and(|neighbour| frame.id[neighbour] != leaf)
+            neighbour.is_some_and(|neighbour| image.id[neighbour] != leaf)
         };
         if differs(right) || differs(below) {
             blend_over(&mut picture, pixel, LINE_COLOR, 0.6);
         }
     }
     if let Some(picked) = picked {
-        outline(&mut picture, frame, picked);
+        outline(&mut picture, image, picked);
     }
     picture
 }
 
 /// Outlines a leaf with a light line, two pixels wide, over any picture of the same view. Isolated pixels
 /// of the leaf are skipped; they are slivers at an edge.
-pub fn outline(picture: &mut [u8], frame: &Image, leaf: u32) {
-    let is_leaf = |pixel: usize| frame.id.get(pixel) == Some(&leaf);
-    let is_outlined: Vec<bool> = (0..frame.id.len())
-        .map(|pixel| is_leaf(pixel) && adjacent_pixels(frame, pixel).any(is_leaf))
+pub fn outline(picture: &mut [u8], image: &Image, leaf: u32) {
+    let is_leaf = |pixel: usize| image.id.get(pixel) == Some(&leaf);
+    let is_outlined: Vec<bool> = (0..image.id.len())
+        .map(|pixel| is_leaf(pixel) && adjacent_pixels(image, pixel).any(is_leaf))
         .collect();
-    for pixel in 0..frame.id.len() {
-        for neighbour in neighbours(frame, pixel).into_iter().flatten() {
+    for pixel in 0..image.id.len() {
+        for neighbour in neighbours(image, pixel).into_iter().flatten() {
             if is_outlined[pixel] != is_outlined[neighbour] {
                 blend_over(picture, pixel, OUTLINE_COLOR, 0.9);
                 blend_over(picture, neighbour, OUTLINE_COLOR, 0.9);
@@ -102,20 +102,20 @@ pub fn outline(picture: &mut [u8], frame: &Image, leaf: u32) {
 }
 
 /// Returns the adjacent pixels to the left, above, to the right and below.
-fn adjacent_pixels(frame: &Image, pixel: usize) -> impl Iterator<Item = usize> {
-    let is_first = frame.width == 0 || pixel.is_multiple_of(frame.width);
+fn adjacent_pixels(image: &Image, pixel: usize) -> impl Iterator<Item = usize> {
+    let is_first = image.width == 0 || pixel.is_multiple_of(image.width);
     let left = (!is_first).then(|| pixel - 1);
-    let above = pixel.checked_sub(frame.width);
-    let [right, below] = neighbours(frame, pixel);
+    let above = pixel.checked_sub(image.width);
+    let [right, below] = neighbours(image, pixel);
     [left, above, right, below].into_iter().flatten()
 }
 
 /// Returns the adjacent pixels to the right and below, if they exist.
-fn neighbours(frame: &Image, pixel: usize) -> [Option<usize>; 2] {
-    let is_last = frame.width == 0 || pixel % frame.width == frame.width - 1;
-    let below = pixel + frame.width;
+fn neighbours(image: &Image, pixel: usize) -> [Option<usize>; 2] {
+    let is_last = image.width == 0 || pixel % image.width == image.width - 1;
+    let below = pixel + image.width;
     [
-        (!is_last && pixel + 1 < frame.id.len()).then_some(pixel + 1),
-        (below < frame.id.len()).then_some(below),
+        (!is_last && pixel + 1 < image.id.len()).then_some(pixel + 1),
+        (below < image.id.len()).then_some(below),
     ]
 }

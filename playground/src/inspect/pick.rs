@@ -36,14 +36,14 @@ pub struct PixelHit {
 
 impl PixelHit {
     /// Reads the ray and its end from an image; `None` outside the picture.
-    pub fn from_image(frame: &Image, settings: &RenderSettings, pixel: [u32; 2]) -> Option<Self> {
+    pub fn from_image(image: &Image, settings: &RenderSettings, pixel: [u32; 2]) -> Option<Self> {
         let [column, row] = pixel.map(|n| n as usize);
-        if column >= frame.width || row >= frame.height {
+        if column >= image.width || row >= image.height {
             return None;
         }
-        let number = row * frame.width + column;
+        let number = row * image.width + column;
         let ray = PictureRays::new(settings).through([column as f64, row as f64]);
-        let depth = f64::from(*frame.depth.get(number)?);
+        let depth = f64::from(*image.depth.get(number)?);
         let distance = match settings.is_2d {
             true => distance_to_figure_plane(&ray),
             false => depth.is_finite().then_some(depth),
@@ -51,10 +51,10 @@ impl PixelHit {
         Some(Self {
             pixel,
             ray,
-            status: *frame.status.get(number)?,
+            status: *image.status.get(number)?,
             distance,
-            normal: *frame.normal.get(number)?,
-            color: frame.display.bytes(*frame.color.get(number)?),
+            normal: *image.normal.get(number)?,
+            color: image.display.bytes(*image.color.get(number)?),
         })
     }
 

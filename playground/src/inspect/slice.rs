@@ -109,7 +109,7 @@ impl Slice {
 
     /// Returns the part of the plane that is visible in a picture. For a 2-D shape it is the plane of the
     /// shape.
-    pub fn visible_part(&self, frame: &Image, settings: &RenderSettings) -> VisibleSlice {
+    pub fn visible_part(&self, image: &Image, settings: &RenderSettings) -> VisibleSlice {
         let figure = Self {
             point: [0.0; 3],
             normal: [0.0, 0.0, 1.0],
@@ -126,7 +126,7 @@ impl Slice {
         let square = ShownSquare::new(&slice);
         for pixel in 0..rays.pixels() {
             let ray = rays.for_pixel(pixel);
-            let depth = frame.depth.get(pixel).copied().unwrap_or(f32::INFINITY);
+            let depth = image.depth.get(pixel).copied().unwrap_or(f32::INFINITY);
             let Some(t) = slice.intersect(&ray).filter(|&t| t < settings.far) else {
                 continue;
             };

@@ -27,8 +27,8 @@ const LEGEND_ENTRIES: u32 = 5;
 
 /// Draws the step counts of an image and returns the legend. The scale ends at a round number that at
 /// most one ray in 200 exceeds.
-pub fn draw(frame: &Image) -> (Vec<u8>, StepLegend) {
-    let mut sorted = frame.steps.clone();
+pub fn draw(image: &Image) -> (Vec<u8>, StepLegend) {
+    let mut sorted = image.steps.clone();
     sorted.sort_unstable();
     let count = sorted.len();
     let max = sorted.last().copied().unwrap_or(0);
@@ -36,7 +36,7 @@ pub fn draw(frame: &Image) -> (Vec<u8>, StepLegend) {
     let top = round_up(outlier_bound.copied().unwrap_or(0));
     let color = |steps: u32| bytes(views::heat(steps as f32 / top as f32));
     let sum: u64 = sorted.iter().map(|&steps| u64::from(steps)).sum();
-    let picture = frame.steps.iter().flat_map(|&steps| color(steps));
+    let picture = image.steps.iter().flat_map(|&steps| color(steps));
     let entries = (0..LEGEND_ENTRIES).map(|i| top * i / (LEGEND_ENTRIES - 1));
     let legend = StepLegend {
         entries: entries.map(|steps| (steps, color(steps))).collect(),

@@ -60,7 +60,7 @@ impl Fixture {
         }
     }
 
-    fn frame(&mut self) -> Image {
+    fn image(&mut self) -> Image {
         self.engine
             .render(&self.settings, &|_| {})
             .expect("the CPU draws")

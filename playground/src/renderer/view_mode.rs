@@ -93,7 +93,7 @@ impl Renderer {
     ) -> Result<(), DrawError> {
         match task.show {
             ViewMode::Mode(Mode::Steps) => {
-                let (pixels, legend) = steps::draw(&picture.frame);
+                let (pixels, legend) = steps::draw(&picture.image);
                 picture.rgba = Arc::new(pixels);
                 picture.legend = labelled_colors(legend.entries, "steps");
                 picture.notes = vec![format!(
@@ -104,19 +104,19 @@ impl Renderer {
             ViewMode::Mode(_) => {}
             ViewMode::Slice(plane) => {
                 let visible = self.slice_on(task, plane, &picture.settings)?;
-                let visible = visible.visible_part(&picture.frame, &picture.settings);
+                let visible = visible.visible_part(&picture.image, &picture.settings);
                 let loaded = self.loaded_engine(task.engine)?;
                 let samples = loaded.engine.query(&visible.query_points.points)?;
                 visible.draw(picture.pixels(), &samples);
                 picture.notes = vec![format!("lines every {}", visible.spacing)];
             }
             ViewMode::Slopes => {
-                let query_points = QueryPoints::on_surface(&picture.frame, &picture.settings);
+                let query_points = QueryPoints::on_surface(&picture.image, &picture.settings);
                 self.draw_slopes(task, &query_points, picture)?;
             }
             ViewMode::SliceSlopes(plane) => {
                 let slice = self.slice_on(task, plane, &picture.settings)?;
-                let visible = slice.visible_part(&picture.frame, &picture.settings);
+                let visible = slice.visible_part(&picture.image, &picture.settings);
                 self.draw_slopes(task, &visible.query_points, picture)?;
             }
             ViewMode::Cells => self.draw_cells(task, picture)?,
@@ -184,7 +184,7 @@ impl Renderer {
     }
 
     fn draw_cells(&mut self, task: &DrawTask, picture: &mut Picture) -> Result<(), DrawError> {
-        let query_points = QueryPoints::on_surface(&picture.frame, &picture.settings);
+        let query_points = QueryPoints::on_surface(&picture.image, &picture.settings);
         let loaded = self.loaded_engine(task.engine)?;
         let cells_at_points = loaded
             .engine
@@ -224,9 +224,9 @@ impl Renderer {
             ..task.overrides.clone()
         };
         let settings = loaded.settings(&overrides)?;
-        let frame = loaded.engine.render(&settings, &task.stop)?;
-        picture.rgba = Arc::new(objects::draw(&frame, &settings, task.leaf));
-        picture.frame = Arc::new(frame);
+        let image = loaded.engine.render(&settings, &task.stop)?;
+        picture.rgba = Arc::new(objects::draw(&image, &settings, task.leaf));
+        picture.image = Arc::new(image);
         picture.notes = vec![format!("{} leaves", origins.leaves.len())];
         if let Some((number, leaf)) = task
             .leaf
@@ -248,8 +248,8 @@ impl Renderer {
     ) -> Result<(), DrawError> {
         let loaded = self.loaded_engine(other_engine)?;
         loaded.load_scene(&task.scene, &task.inputs)?;
-        let frame = loaded.engine.render(&picture.settings, &task.stop)?;
-        if let Some(difference) = difference::difference(&frame, &picture.frame) {
+        let image = loaded.engine.render(&picture.settings, &task.stop)?;
+        if let Some(difference) = difference::difference(&image, &picture.image) {
             picture.notes = vec![format!(
                 "{} against {other_engine}: {difference}",
                 task.engine

@@ -46,7 +46,7 @@ impl Session {
                     if displayed.view_revision == self.view_revision
                         && displayed.is_first_part(engine) =>
                 {
-                    SampleSet::Remaining(Arc::clone(&displayed.picture.frame))
+                    SampleSet::Remaining(Arc::clone(&displayed.picture.image))
                 }
                 _ => SampleSet::All,
             },

@@ -89,9 +89,9 @@ impl Session {
     /// coordinates.
     fn point_at(&self, ndc: Ndc) -> Option<[f64; 3]> {
         let picture = &self.displayed.as_ref()?.picture;
-        let frame = &picture.frame;
-        let [column, row] = pixel(ndc, [frame.width, frame.height])?;
-        let depth = *frame.depth.get(row * frame.width + column)?;
+        let image = &picture.image;
+        let [column, row] = pixel(ndc, [image.width, image.height])?;
+        let depth = *image.depth.get(row * image.width + column)?;
         if !depth.is_finite() {
             return None;
         }

@@ -29,7 +29,7 @@ impl Session {
                 time: self.time(),
             },
             engine,
-            frame: Arc::clone(&picture.frame),
+            image: Arc::clone(&picture.image),
             settings: picture.settings.clone(),
             pixel: [column as u32, row as u32],
         })));

@@ -55,7 +55,7 @@ impl Session {
         let shown = self.displayed.as_ref()?;
         let scene = self.scene.as_ref()?;
         let module = &scene.opened.compiled.module;
-        let stats = &shown.picture.frame.stats;
+        let stats = &shown.picture.image.stats;
         let [reading, compiling] = self.build_times;
         let programs = [Some(&module.distance), module.surface.as_ref()];
         Some(PictureFacts {

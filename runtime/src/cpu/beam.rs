@@ -1,6 +1,6 @@
 //! The stage `beam`: distance that the rays of each block of pixels can advance together.
 
-use super::lanes::{RayTask, lanes};
+use super::ray_tasks::{RayTask, lanes};
 use super::{F32x64, LANES, Points};
 use crate::render::ray::{camera_ray, vector};
 use sdfc_shaders::layout::{self, FrameUniforms};
@@ -29,11 +29,13 @@ pub(super) struct Beams<'a> {
 impl RayTask for Beams<'_> {
     type Block = BeamLanes;
 
-    fn begin(&mut self, item: u32, b: &mut BeamLanes, lane: usize) -> bool {
-        let f = self.frame;
-        let block = [item % self.columns, item / self.columns];
-        let first: [u32; 2] = std::array::from_fn(|i| self.corner[i] + block[i] * beam::BLOCK_SIDE);
-        let ray = |x: u32, y: u32| camera_ray(f, [(first[0] + x) as f32, (first[1] + y) as f32]);
+    fn begin(&mut self, item: u32, block: &mut BeamLanes, lane: usize) -> bool {
+        let frame = self.frame;
+        let position = [item % self.columns, item / self.columns];
+        let first: [u32; 2] =
+            std::array::from_fn(|i| self.corner[i] + position[i] * beam::BLOCK_SIDE);
+        let ray =
+            |x: u32, y: u32| camera_ray(frame, [(first[0] + x) as f32, (first[1] + y) as f32]);
         let centre_ray = ray(beam::BLOCK_SIDE / 2, beam::BLOCK_SIDE / 2);
         let last = beam::BLOCK_SIDE - 1;
         let (mut spread, mut widening) = (0.0, 0.0);
@@ -47,27 +49,35 @@ impl RayTask for Beams<'_> {
                 beam::distance_between::<f32>(corner_ray.direction, centre_ray.direction);
             widening = Real::max(widening, direction_difference);
         }
-        let (low, high) = (vector(f.bounds_min), vector(f.bounds_max));
-        b.origin_x.0[lane] = centre_ray.origin.x;
-        b.origin_y.0[lane] = centre_ray.origin.y;
-        b.origin_z.0[lane] = centre_ray.origin.z;
-        b.direction_x.0[lane] = centre_ray.direction.x;
-        b.direction_y.0[lane] = centre_ray.direction.y;
-        b.direction_z.0[lane] = centre_ray.direction.z;
-        b.spread.0[lane] = spread;
-        b.widening.0[lane] = widening;
-        b.t.0[lane] = beam::start_t::<f32>(centre_ray.origin, low, high, spread);
-        b.steps.0[lane] = 0.0;
+        let (low, high) = (vector(frame.bounds_min), vector(frame.bounds_max));
+        block.origin_x.0[lane] = centre_ray.origin.x;
+        block.origin_y.0[lane] = centre_ray.origin.y;
+        block.origin_z.0[lane] = centre_ray.origin.z;
+        block.direction_x.0[lane] = centre_ray.direction.x;
+        block.direction_y.0[lane] = centre_ray.direction.y;
+        block.direction_z.0[lane] = centre_ray.direction.z;
+        block.spread.0[lane] = spread;
+        block.widening.0[lane] = widening;
+        block.t.0[lane] = beam::start_t::<f32>(centre_ray.origin, low, high, spread);
+        block.steps.0[lane] = 0.0;
         true
     }
 
     #[inline(always)]
-    fn points(&self, b: &BeamLanes, points: &mut Points) {
+    fn points(&self, block: &BeamLanes, points: &mut Points) {
         let (low, high) = (vector(self.frame.bounds_min), vector(self.frame.bounds_max));
         for i in 0..LANES {
-            let origin = V3::new(b.origin_x.0[i], b.origin_y.0[i], b.origin_z.0[i]);
-            let direction = V3::new(b.direction_x.0[i], b.direction_y.0[i], b.direction_z.0[i]);
-            let p = camera::point_along::<f32>(origin, direction, b.t.0[i]);
+            let origin = V3::new(
+                block.origin_x.0[i],
+                block.origin_y.0[i],
+                block.origin_z.0[i],
+            );
+            let direction = V3::new(
+                block.direction_x.0[i],
+                block.direction_y.0[i],
+                block.direction_z.0[i],
+            );
+            let p = camera::point_along::<f32>(origin, direction, block.t.0[i]);
             let p = beam::clamp_to_box::<f32>(p, low, high);
             points[0].0[i] = p.x;
             points[1].0[i] = p.y;
@@ -76,27 +86,27 @@ impl RayTask for Beams<'_> {
     }
 
     #[inline(always)]
-    fn advance(&self, b: &mut BeamLanes, values: &F32x64, ended: &mut [bool; LANES]) {
-        let f = self.frame;
+    fn advance(&self, block: &mut BeamLanes, values: &F32x64, ended: &mut [bool; LANES]) {
+        let frame = self.frame;
         for (i, ended) in ended.iter_mut().enumerate() {
-            let t = b.t.0[i];
-            let half = camera::half_pixel(t, f.half_pixel_size, f.half_pixel_growth);
-            let threshold = marching::threshold(t, half, f.threshold_fraction, f.rounding);
+            let t = block.t.0[i];
+            let half = camera::half_pixel(t, frame.half_pixel_size, frame.half_pixel_growth);
+            let threshold = marching::threshold(t, half, frame.threshold_fraction, frame.rounding);
             let field = values.0[i];
-            let step = beam::advance(t, field, b.spread.0[i], b.widening.0[i], threshold);
+            let step = beam::advance(t, field, block.spread.0[i], block.widening.0[i], threshold);
             let goes_on = beam::should_continue(step, half) > 0.0;
             let t = t + if goes_on { step } else { 0.0 };
-            let steps = b.steps.0[i] + 1.0;
-            *ended = !goes_on | (t > f.far) | (steps >= beam::MAX_STEPS as f32);
-            b.t.0[i] = t;
-            b.steps.0[i] = steps;
+            let steps = block.steps.0[i] + 1.0;
+            *ended = !goes_on | (t > frame.far) | (steps >= beam::MAX_STEPS as f32);
+            block.t.0[i] = t;
+            block.steps.0[i] = steps;
         }
     }
 
-    fn end(&mut self, item: u32, b: &BeamLanes, lane: usize) {
+    fn end(&mut self, item: u32, block: &BeamLanes, lane: usize) {
         self.beams[item as usize] = layout::Beam {
-            t: b.t.0[lane],
-            steps: b.steps.0[lane] as u32,
+            t: block.t.0[lane],
+            steps: block.steps.0[lane] as u32,
         };
     }
 }

@@ -1,7 +1,7 @@
 //! The stages `view`, `edges` and `plane`: pictures of something other than light.
 
-use super::lanes::{is_nan, repeat_first};
 use super::normal::{set_lane, surface_in_lane};
+use super::ray_tasks::{is_nan, repeat_first};
 use super::shade::{add_sample, uniform_surface};
 use super::tile::Tile;
 use super::{Evaluator, F32x64, FieldQuantity, LANES, Points};

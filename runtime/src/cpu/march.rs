@@ -1,6 +1,6 @@
 //! The stage `march`: rays advance to the surface.
 
-use super::lanes::{ColumnChoice, RayTask, is_nan, lanes};
+use super::ray_tasks::{ColumnChoice, RayTask, is_nan, lanes};
 use super::{F32x64, LANES, Points};
 use crate::render::ray::{PixelRay, camera_ray, vector};
 use sdfc_shaders::layout::{Beam, FrameUniforms, RayState};
@@ -53,27 +53,27 @@ pub(super) fn initial_side(steps: f32, t: f32, distance: f32, side: f32) -> f32 
 /// computes the outcome from the next state and the outcome by the number of steps.
 macro_rules! step_lane {
     (
-        $frame:expr, $choice:ident, $b:ident, $i:ident, $distance:expr, $factor:expr,
+        $frame:expr, $choice:ident, $block:ident, $i:ident, $distance:expr, $factor:expr,
         |$next:ident, $out:ident| $decide:expr
     ) => {{
         let distance: f32 = $distance;
-        let t = $b.t.0[$i] + $b.step.0[$i];
-        let steps = $b.steps.0[$i] + 1.0;
+        let t = $block.t.0[$i] + $block.step.0[$i];
+        let steps = $block.steps.0[$i] + 1.0;
         let side = $crate::cpu::march::initial_side(
-            $b.steps.0[$i],
+            $block.steps.0[$i],
             t,
             distance,
-            $choice.hide($b.side.0[$i]),
+            $choice.hide($block.side.0[$i]),
         );
         let half = camera::half_pixel(t, $frame.half_pixel_size, $frame.half_pixel_growth);
         let threshold = marching::threshold(t, half, $frame.threshold_fraction, $frame.rounding);
         let $next = marching::march_step(
-            $choice.hide($b.t.0[$i]),
-            $choice.hide($b.field.0[$i]),
-            $choice.hide($b.step.0[$i]),
-            $choice.hide($b.trend.0[$i]),
-            $choice.hide($b.t_before.0[$i]),
-            $choice.hide($b.field_before.0[$i]),
+            $choice.hide($block.t.0[$i]),
+            $choice.hide($block.field.0[$i]),
+            $choice.hide($block.step.0[$i]),
+            $choice.hide($block.trend.0[$i]),
+            $choice.hide($block.t_before.0[$i]),
+            $choice.hide($block.field_before.0[$i]),
             distance * side * $factor,
             steps,
             threshold,
@@ -81,7 +81,7 @@ macro_rules! step_lane {
             $frame.relaxation,
             marching::rounding_at(t, $frame.rounding),
             $frame.is_raw,
-            $b.exit_t.0[$i],
+            $block.exit_t.0[$i],
         );
         let is_near_surface = marching::accept_at_step_cap(
             $next.t,
@@ -108,15 +108,15 @@ macro_rules! step_lane {
         } else {
             out
         };
-        $b.t.0[$i] = $next.t;
-        $b.field.0[$i] = $next.field;
-        $b.step.0[$i] = $next.step;
-        $b.trend.0[$i] = $next.trend;
-        $b.t_before.0[$i] = $next.t_before;
-        $b.field_before.0[$i] = $next.field_before;
-        $b.side.0[$i] = side;
-        $b.steps.0[$i] = steps;
-        $b.outcome.0[$i] = out;
+        $block.t.0[$i] = $next.t;
+        $block.field.0[$i] = $next.field;
+        $block.step.0[$i] = $next.step;
+        $block.trend.0[$i] = $next.trend;
+        $block.t_before.0[$i] = $next.t_before;
+        $block.field_before.0[$i] = $next.field_before;
+        $block.side.0[$i] = side;
+        $block.steps.0[$i] = steps;
+        $block.outcome.0[$i] = out;
     }};
 }
 pub(super) use step_lane;
@@ -136,13 +136,13 @@ pub(super) struct March<'a> {
 impl RayTask for March<'_> {
     type Block = MarchLanes;
 
-    fn begin(&mut self, item: u32, b: &mut MarchLanes, lane: usize) -> bool {
-        let f = self.frame;
+    fn begin(&mut self, item: u32, block: &mut MarchLanes, lane: usize) -> bool {
+        let frame = self.frame;
         let PixelRay {
             origin, direction, ..
-        } = camera_ray(f, self.pixels[item as usize]);
-        let (low, high) = (vector(f.bounds_min), vector(f.bounds_max));
-        let bounds = camera::intersect_box::<f32>(origin, direction, low, high, f.far);
+        } = camera_ray(frame, self.pixels[item as usize]);
+        let (low, high) = (vector(frame.bounds_min), vector(frame.bounds_max));
+        let bounds = camera::intersect_box::<f32>(origin, direction, low, high, frame.far);
         let [x, y] = [item % self.width, item / self.width].map(|pixel| pixel / beam::BLOCK_SIDE);
         let beam = &self.beams[(y * self.columns + x) as usize];
         let start = Real::max(bounds.x, beam.t);
@@ -157,30 +157,38 @@ impl RayTask for March<'_> {
             ray.status = Status::Miss as u32;
             return false;
         }
-        b.origin_x.0[lane] = origin.x;
-        b.origin_y.0[lane] = origin.y;
-        b.origin_z.0[lane] = origin.z;
-        b.direction_x.0[lane] = direction.x;
-        b.direction_y.0[lane] = direction.y;
-        b.direction_z.0[lane] = direction.z;
-        b.exit_t.0[lane] = bounds.y;
-        b.t.0[lane] = ray.t;
-        b.field.0[lane] = 0.0;
-        b.step.0[lane] = 0.0;
-        b.trend.0[lane] = ray.trend;
-        b.t_before.0[lane] = ray.t_before;
-        b.field_before.0[lane] = 0.0;
-        b.side.0[lane] = 1.0;
-        b.steps.0[lane] = 0.0;
+        block.origin_x.0[lane] = origin.x;
+        block.origin_y.0[lane] = origin.y;
+        block.origin_z.0[lane] = origin.z;
+        block.direction_x.0[lane] = direction.x;
+        block.direction_y.0[lane] = direction.y;
+        block.direction_z.0[lane] = direction.z;
+        block.exit_t.0[lane] = bounds.y;
+        block.t.0[lane] = ray.t;
+        block.field.0[lane] = 0.0;
+        block.step.0[lane] = 0.0;
+        block.trend.0[lane] = ray.trend;
+        block.t_before.0[lane] = ray.t_before;
+        block.field_before.0[lane] = 0.0;
+        block.side.0[lane] = 1.0;
+        block.steps.0[lane] = 0.0;
         true
     }
 
     #[inline(always)]
-    fn points(&self, b: &MarchLanes, points: &mut Points) {
+    fn points(&self, block: &MarchLanes, points: &mut Points) {
         for i in 0..LANES {
-            let origin = V3::new(b.origin_x.0[i], b.origin_y.0[i], b.origin_z.0[i]);
-            let direction = V3::new(b.direction_x.0[i], b.direction_y.0[i], b.direction_z.0[i]);
-            let p = camera::point_along::<f32>(origin, direction, b.t.0[i] + b.step.0[i]);
+            let origin = V3::new(
+                block.origin_x.0[i],
+                block.origin_y.0[i],
+                block.origin_z.0[i],
+            );
+            let direction = V3::new(
+                block.direction_x.0[i],
+                block.direction_y.0[i],
+                block.direction_z.0[i],
+            );
+            let p = camera::point_along::<f32>(origin, direction, block.t.0[i] + block.step.0[i]);
             points[0].0[i] = p.x;
             points[1].0[i] = p.y;
             points[2].0[i] = p.z;
@@ -188,39 +196,44 @@ impl RayTask for March<'_> {
     }
 
     #[inline(always)]
-    fn advance(&self, b: &mut MarchLanes, values: &F32x64, ended: &mut [bool; LANES]) {
-        let f = self.frame;
+    fn advance(&self, block: &mut MarchLanes, values: &F32x64, ended: &mut [bool; LANES]) {
+        let frame = self.frame;
         let choice = ColumnChoice::new();
         for i in 0..LANES {
-            step_lane!(f, choice, b, i, values.0[i], 1.0, |next, out| {
+            step_lane!(frame, choice, block, i, values.0[i], 1.0, |next, out| {
                 let out = if next.arrived > 0.0 {
                     outcome::HIT
                 } else {
                     out
                 };
-                if next.t > b.exit_t.0[i] {
+                if next.t > block.exit_t.0[i] {
                     outcome::EXITED
                 } else {
                     out
                 }
             });
         }
-        for (ended, &out) in ended.iter_mut().zip(&b.outcome.0) {
+        for (ended, &out) in ended.iter_mut().zip(&block.outcome.0) {
             *ended = out != outcome::ACTIVE;
         }
     }
 
-    fn end(&mut self, item: u32, b: &MarchLanes, lane: usize) {
-        let status = outcome::status(b.outcome.0[lane]);
+    fn end(&mut self, item: u32, block: &MarchLanes, lane: usize) {
+        let status = outcome::status(block.outcome.0[lane]);
         self.rays[item as usize] = RayState {
-            t: b.t.0[lane],
-            field: b.field.0[lane],
-            step: b.step.0[lane],
-            trend: b.trend.0[lane],
-            t_before: b.t_before.0[lane],
-            field_before: b.field_before.0[lane],
-            status: status | if b.side.0[lane] < 0.0 { FROM_INSIDE } else { 0 },
-            steps: b.steps.0[lane] as u32,
+            t: block.t.0[lane],
+            field: block.field.0[lane],
+            step: block.step.0[lane],
+            trend: block.trend.0[lane],
+            t_before: block.t_before.0[lane],
+            field_before: block.field_before.0[lane],
+            status: status
+                | if block.side.0[lane] < 0.0 {
+                    FROM_INSIDE
+                } else {
+                    0
+                },
+            steps: block.steps.0[lane] as u32,
         };
     }
 }

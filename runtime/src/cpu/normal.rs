@@ -2,8 +2,8 @@
 
 mod doubtful;
 
-use super::lanes::repeat_first;
 use super::packet::NO_LEAF;
+use super::ray_tasks::repeat_first;
 use super::tile::Tile;
 use super::{Evaluator, F32x64, FieldQuantity, LANES, Points};
 use crate::render::ray::{camera_ray, vector};
@@ -282,9 +282,9 @@ multiversion! {
 
 #[inline(always)]
 fn face_rays_body(frame: &FrameUniforms, pixels: &Points, gradients: &mut [F32x64; 4]) {
-    let f = *frame;
+    let frame = *frame;
     for lane in 0..LANES {
-        let direction = camera_ray(&f, [pixels[0].0[lane], pixels[1].0[lane]]).direction;
+        let direction = camera_ray(&frame, [pixels[0].0[lane], pixels[1].0[lane]]).direction;
         let gradient = V3::new(
             gradients[0].0[lane],
             gradients[1].0[lane],
@@ -305,11 +305,11 @@ multiversion! {
 
 #[inline(always)]
 fn points_near_hit_body(frame: &FrameUniforms, pixels: &Points, side: f32, beside: &mut Points) {
-    let f = *frame;
+    let frame = *frame;
     for lane in 0..LANES {
         let t = pixels[2].0[lane];
-        let ray = camera_ray(&f, [pixels[0].0[lane], pixels[1].0[lane]]);
-        let distance = normals::outside_distance(marching::rounding_at(t, f.rounding)) * side;
+        let ray = camera_ray(&frame, [pixels[0].0[lane], pixels[1].0[lane]]);
+        let distance = normals::outside_distance(marching::rounding_at(t, frame.rounding)) * side;
         let p = camera::point_along::<f32>(ray.origin, ray.direction, t - distance);
         beside[0].0[lane] = p.x;
         beside[1].0[lane] = p.y;

@@ -6,7 +6,7 @@
 
 mod candidate_check;
 
-use super::lanes::{any_nonzero, is_nan, lanes, repeat_first};
+use super::ray_tasks::{any_nonzero, is_nan, lanes, repeat_first};
 use super::tile::Tile;
 use super::{Evaluator, F32x64, FieldQuantity, LANES, Points};
 use crate::render::ray::vector;
@@ -167,7 +167,7 @@ fn sample<const IS_HEMISPHERE: bool>(
 impl Taps<'_> {
     /// Returns the surfaces of at most 64 pixels.
     fn surfaces(&self, items: &[u32], tile: &Tile) -> SurfaceLanes {
-        let mut b = SurfaceLanes::default();
+        let mut block = SurfaceLanes::default();
         for (lane, &item) in items.iter().enumerate() {
             let item = item as usize;
             let (p, normal, ray) = (
@@ -175,32 +175,36 @@ impl Taps<'_> {
                 vector(tile.normals[item]),
                 &tile.rays[item],
             );
-            b.x.0[lane] = p.x;
-            b.y.0[lane] = p.y;
-            b.z.0[lane] = p.z;
-            b.normal_x.0[lane] = normal.x;
-            b.normal_y.0[lane] = normal.y;
-            b.normal_z.0[lane] = normal.z;
-            [b.pixel_x.0[lane], b.pixel_y.0[lane]] = tile.pixels[item];
-            b.slope.0[lane] = tile.slopes[item];
+            block.x.0[lane] = p.x;
+            block.y.0[lane] = p.y;
+            block.z.0[lane] = p.z;
+            block.normal_x.0[lane] = normal.x;
+            block.normal_y.0[lane] = normal.y;
+            block.normal_z.0[lane] = normal.z;
+            [block.pixel_x.0[lane], block.pixel_y.0[lane]] = tile.pixels[item];
+            block.slope.0[lane] = tile.slopes[item];
             // The rounding of the field counts as open.
-            b.rounding.0[lane] = marching::rounding_at(ray.t, self.frame.rounding);
+            block.rounding.0[lane] = marching::rounding_at(ray.t, self.frame.rounding);
             let is_inside = ray.status & FROM_INSIDE != 0;
-            b.side.0[lane] = if is_inside { -1.0 } else { 1.0 };
+            block.side.0[lane] = if is_inside { -1.0 } else { 1.0 };
         }
-        b
+        block
     }
 
     /// Returns a tap of the surface in a lane.
     #[inline(always)]
     fn tap<const IS_HEMISPHERE: bool>(
         &self,
-        b: &SurfaceLanes,
+        block: &SurfaceLanes,
         i: usize,
         index: f32,
     ) -> OcclusionTap {
-        let p = V3::new(b.x.0[i], b.y.0[i], b.z.0[i]);
-        let normal = V3::new(b.normal_x.0[i], b.normal_y.0[i], b.normal_z.0[i]);
+        let p = V3::new(block.x.0[i], block.y.0[i], block.z.0[i]);
+        let normal = V3::new(
+            block.normal_x.0[i],
+            block.normal_y.0[i],
+            block.normal_z.0[i],
+        );
         let reach = self.frame.occlusion_reach;
         if !IS_HEMISPHERE {
             let distance = occlusion::five_tap_distance(index, reach);
@@ -211,7 +215,11 @@ impl Taps<'_> {
                 weight: occlusion::five_tap_weight(index),
             };
         }
-        let seed = V3::new(b.pixel_x.0[i], b.pixel_y.0[i], self.frame.sample as f32);
+        let seed = V3::new(
+            block.pixel_x.0[i],
+            block.pixel_y.0[i],
+            self.frame.sample as f32,
+        );
         let direction = occlusion::hemisphere_direction::<f32>(normal, index, self.count, seed);
         let distance = occlusion::hemisphere_distance(index, seed, reach);
         OcclusionTap {
@@ -226,7 +234,7 @@ impl Taps<'_> {
     #[inline(always)]
     fn add_occlusion<const IS_HEMISPHERE: bool>(
         &self,
-        b: &mut SurfaceLanes,
+        block: &mut SurfaceLanes,
         index: f32,
         values: &F32x64,
     ) -> F32x64 {
@@ -237,14 +245,18 @@ impl Taps<'_> {
                 height,
                 weight,
                 ..
-            } = self.tap::<IS_HEMISPHERE>(b, i, index);
-            let field = values.0[i] * b.side.0[i];
-            let is_candidate = occlusion::is_candidate(field, height, b.slope.0[i]) > 0.0;
+            } = self.tap::<IS_HEMISPHERE>(block, i, index);
+            let field = values.0[i] * block.side.0[i];
+            let is_candidate = occlusion::is_candidate(field, height, block.slope.0[i]) > 0.0;
             // A positive value that is no candidate hides nothing.
             let clear_field = if field > 0.0 { height } else { field };
-            let hidden =
-                occlusion::hidden_weight(clear_field + b.rounding.0[i], height, distance, weight);
-            b.hidden.0[i] += if is_nan(field) | is_candidate {
+            let hidden = occlusion::hidden_weight(
+                clear_field + block.rounding.0[i],
+                height,
+                distance,
+                weight,
+            );
+            block.hidden.0[i] += if is_nan(field) | is_candidate {
                 0.0
             } else {
                 hidden

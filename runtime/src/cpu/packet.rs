@@ -20,9 +20,9 @@ mod entry;
 mod interval_cull;
 mod refine_roots;
 
-use super::lanes::{ColumnChoice, Lanes, is_nan, lanes};
 use super::leaf_bins::BinnedLeaf;
 use super::march::{outcome, step_lane};
+use super::ray_tasks::{ColumnChoice, Lanes, is_nan, lanes};
 use super::{AabbLanes, Evaluator, F32x64, LANES, Points, RangeLanes};
 use crate::cells::{Cell, Cells, Occupancy};
 use entry::{
@@ -230,28 +230,28 @@ impl Marcher {
 
     /// Collects rays at their entry into the leaf, with the field's values there. Returns their number.
     fn collect(&mut self, rays: u64) -> usize {
-        let (p, b) = (&self.packet, &mut self.leaf_rays);
+        let (p, block) = (&self.packet, &mut self.leaf_rays);
         let mut count = 0;
         for lane in set_bits(rays) {
-            b.lane.0[count] = lane as f32;
-            b.origin_x.0[count] = p.origin_x.0[lane];
-            b.origin_y.0[count] = p.origin_y.0[lane];
-            b.origin_z.0[count] = p.origin_z.0[lane];
-            b.direction_x.0[count] = p.direction_x.0[lane];
-            b.direction_y.0[count] = p.direction_y.0[lane];
-            b.direction_z.0[count] = p.direction_z.0[lane];
-            b.exit_t.0[count] = p.exit_t.0[lane];
-            b.t.0[count] = p.entry_t.0[lane];
-            b.t_before.0[count] = p.entry_t.0[lane];
-            b.side.0[count] = p.side.0[lane];
-            b.steps.0[count] = p.steps.0[lane];
+            block.lane.0[count] = lane as f32;
+            block.origin_x.0[count] = p.origin_x.0[lane];
+            block.origin_y.0[count] = p.origin_y.0[lane];
+            block.origin_z.0[count] = p.origin_z.0[lane];
+            block.direction_x.0[count] = p.direction_x.0[lane];
+            block.direction_y.0[count] = p.direction_y.0[lane];
+            block.direction_z.0[count] = p.direction_z.0[lane];
+            block.exit_t.0[count] = p.exit_t.0[lane];
+            block.t.0[count] = p.entry_t.0[lane];
+            block.t_before.0[count] = p.entry_t.0[lane];
+            block.side.0[count] = p.side.0[lane];
+            block.steps.0[count] = p.steps.0[lane];
             self.values.0[count] = self.values.0[lane];
             count += 1;
         }
-        b.field = F32x64::default();
-        b.step = F32x64::default();
-        b.trend = F32x64([-1.0; LANES]);
-        b.field_before = F32x64::default();
+        block.field = F32x64::default();
+        block.step = F32x64::default();
+        block.trend = F32x64([-1.0; LANES]);
+        block.field_before = F32x64::default();
         count
     }
 
@@ -402,15 +402,15 @@ impl Marcher {
             evaluations += count as u64;
             refine_roots(frame, &self.values, count, &mut self.roots);
         }
-        let b = &self.roots;
+        let block = &self.roots;
         for slot in 0..count {
-            let lane = b.lane.0[slot] as usize;
-            self.packet.end_t.0[lane] = b.t.0[slot];
+            let lane = block.lane.0[slot] as usize;
+            self.packet.end_t.0[lane] = block.t.0[slot];
             let ray = &mut rays[items[lane] as usize];
-            ray.t = b.t.0[slot];
-            ray.field = b.field.0[slot] * b.slope.0[slot];
-            ray.t_before = b.t_other.0[slot];
-            ray.field_before = b.field_other.0[slot] * b.slope.0[slot];
+            ray.t = block.t.0[slot];
+            ray.field = block.field.0[slot] * block.slope.0[slot];
+            ray.t_before = block.t_other.0[slot];
+            ray.field_before = block.field_other.0[slot] * block.slope.0[slot];
         }
         evaluations
     }
@@ -424,16 +424,16 @@ impl Marcher {
         items: &[u32],
         rays: &mut [RayState],
     ) {
-        let b = &self.leaf_rays;
-        let lane = b.lane.0[slot] as usize;
-        self.packet.steps.0[lane] = b.steps.0[slot];
-        self.packet.side.0[lane] = b.side.0[slot];
+        let block = &self.leaf_rays;
+        let lane = block.lane.0[slot] as usize;
+        self.packet.steps.0[lane] = block.steps.0[slot];
+        self.packet.side.0[lane] = block.side.0[slot];
         // The sphere around the last point is empty beyond the leaf, too.
-        let slope = b.slope.0[slot];
-        let clear_radius = b.field.0[slot] * slope;
-        self.packet.clear_from.0[lane] = b.t.0[slot] - clear_radius;
-        self.packet.clear_to.0[lane] = b.t.0[slot] + clear_radius;
-        let outcome = b.outcome.0[slot];
+        let slope = block.slope.0[slot];
+        let clear_radius = block.field.0[slot] * slope;
+        self.packet.clear_from.0[lane] = block.t.0[slot] - clear_radius;
+        self.packet.clear_to.0[lane] = block.t.0[slot] + clear_radius;
+        let outcome = block.outcome.0[slot];
         if outcome == outcome::EXITED {
             return;
         }
@@ -441,38 +441,38 @@ impl Marcher {
             let r = &mut self.roots;
             let hit = self.hit_count;
             self.hit_count += 1;
-            r.lane.0[hit] = b.lane.0[slot];
-            r.origin_x.0[hit] = b.origin_x.0[slot];
-            r.origin_y.0[hit] = b.origin_y.0[slot];
-            r.origin_z.0[hit] = b.origin_z.0[slot];
-            r.direction_x.0[hit] = b.direction_x.0[slot];
-            r.direction_y.0[hit] = b.direction_y.0[slot];
-            r.direction_z.0[hit] = b.direction_z.0[slot];
+            r.lane.0[hit] = block.lane.0[slot];
+            r.origin_x.0[hit] = block.origin_x.0[slot];
+            r.origin_y.0[hit] = block.origin_y.0[slot];
+            r.origin_z.0[hit] = block.origin_z.0[slot];
+            r.direction_x.0[hit] = block.direction_x.0[slot];
+            r.direction_y.0[hit] = block.direction_y.0[slot];
+            r.direction_z.0[hit] = block.direction_z.0[slot];
             // The field is below zero from the entry on: rounding hid the root, which lies a little before
             // the leaf.
-            let is_before = clear_radius < 0.0 && b.field_before.0[slot] == 0.0;
-            let rounding = marching::rounding_at(b.t.0[slot], frame.rounding);
+            let is_before = clear_radius < 0.0 && block.field_before.0[slot] == 0.0;
+            let rounding = marching::rounding_at(block.t.0[slot], frame.rounding);
             let hidden_depth = marching::sign_margin(rounding, 1.0, frame.is_raw) * 2.0;
             let step_back = if is_before { hidden_depth } else { 0.0 };
             r.low.0[hit] = self.packet.entry_t.0[lane] - step_back;
-            r.high.0[hit] = b.exit_t.0[slot];
-            r.t.0[hit] = b.t.0[slot];
-            r.field.0[hit] = b.field.0[slot];
-            r.t_other.0[hit] = b.t_before.0[slot] - step_back;
-            r.field_other.0[hit] = b.field_before.0[slot];
-            r.side.0[hit] = b.side.0[slot];
+            r.high.0[hit] = block.exit_t.0[slot];
+            r.t.0[hit] = block.t.0[slot];
+            r.field.0[hit] = block.field.0[slot];
+            r.t_other.0[hit] = block.t_before.0[slot] - step_back;
+            r.field_other.0[hit] = block.field_before.0[slot];
+            r.side.0[hit] = block.side.0[slot];
             r.slope.0[hit] = slope;
         }
         // Surfaces behind the hit no longer count.
-        self.packet.end_t.0[lane] = b.t.0[slot];
+        self.packet.end_t.0[lane] = block.t.0[slot];
         self.hit_leaves[lane] = cell;
         rays[items[lane] as usize] = RayState {
-            t: b.t.0[slot],
-            field: b.field.0[slot] * slope,
-            step: b.step.0[slot],
-            trend: b.trend.0[slot],
-            t_before: b.t_before.0[slot],
-            field_before: b.field_before.0[slot] * slope,
+            t: block.t.0[slot],
+            field: block.field.0[slot] * slope,
+            step: block.step.0[slot],
+            trend: block.trend.0[slot],
+            t_before: block.t_before.0[slot],
+            field_before: block.field_before.0[slot] * slope,
             status: outcome::status(outcome),
             steps: 0,
         };
@@ -506,11 +506,19 @@ multiversion! {
 }
 
 #[inline(always)]
-fn next_points_body(b: &LeafRays, count: usize, points: &mut Points) {
+fn next_points_body(block: &LeafRays, count: usize, points: &mut Points) {
     for i in 0..whole_chunks(count) {
-        let origin = V3::new(b.origin_x.0[i], b.origin_y.0[i], b.origin_z.0[i]);
-        let direction = V3::new(b.direction_x.0[i], b.direction_y.0[i], b.direction_z.0[i]);
-        let p = camera::point_along::<f32>(origin, direction, b.t.0[i] + b.step.0[i]);
+        let origin = V3::new(
+            block.origin_x.0[i],
+            block.origin_y.0[i],
+            block.origin_z.0[i],
+        );
+        let direction = V3::new(
+            block.direction_x.0[i],
+            block.direction_y.0[i],
+            block.direction_z.0[i],
+        );
+        let p = camera::point_along::<f32>(origin, direction, block.t.0[i] + block.step.0[i]);
         points[0].0[i] = p.x;
         points[1].0[i] = p.y;
         points[2].0[i] = p.z;
@@ -523,9 +531,9 @@ multiversion! {
 }
 
 #[inline(always)]
-fn active_lanes_body(b: &LeafRays) -> u64 {
+fn active_lanes_body(block: &LeafRays) -> u64 {
     let mut active = 0;
-    for (i, &out) in b.outcome.0.iter().enumerate() {
+    for (i, &out) in block.outcome.0.iter().enumerate() {
         active |= u64::from(out == outcome::ACTIVE) << i;
     }
     active
@@ -540,48 +548,59 @@ multiversion! {
 
 #[inline(always)]
 fn advance_body(
-    f: &FrameUniforms,
+    frame: &FrameUniforms,
     cell: &Cell,
     values: &F32x64,
     count: usize,
-    b: &mut LeafRays,
+    block: &mut LeafRays,
 ) -> u64 {
     let choice = ColumnChoice::new();
     for i in 0..whole_chunks(count) {
-        let slope = b.slope.0[i];
-        step_lane!(f, choice, b, i, values.0[i], 1.0 / slope, |next, out| {
-            let remaining = b.exit_t.0[i] - next.t;
-            let decrease_max = b.decrease_max.0[i] / slope;
-            // Behind a discontinuity there may be a surface: the ray goes on to the leaf's face, and reads
-            // the sign there.
-            let is_at_face = remaining <= next.t.abs() * f32::EPSILON;
-            let is_through = misses_leaf(next.t, next.field, next.step, decrease_max, remaining)
-                & (!cell.may_be_discontinuous | is_at_face);
-            let out = if is_through { outcome::EXITED } else { out };
-            if next.arrived > 0.0 {
-                outcome::HIT
-            } else {
-                out
+        let slope = block.slope.0[i];
+        step_lane!(
+            frame,
+            choice,
+            block,
+            i,
+            values.0[i],
+            1.0 / slope,
+            |next, out| {
+                let remaining = block.exit_t.0[i] - next.t;
+                let decrease_max = block.decrease_max.0[i] / slope;
+                // Behind a discontinuity there may be a surface: the ray goes on to the leaf's face, and reads
+                // the sign there.
+                let is_at_face = remaining <= next.t.abs() * f32::EPSILON;
+                let is_through =
+                    misses_leaf(next.t, next.field, next.step, decrease_max, remaining)
+                        & (!cell.may_be_discontinuous | is_at_face);
+                let out = if is_through { outcome::EXITED } else { out };
+                if next.arrived > 0.0 {
+                    outcome::HIT
+                } else {
+                    out
+                }
             }
-        });
+        );
         // The tape is valid in the leaf, so no step leads out of it.
-        let remaining = b.exit_t.0[i] - b.t.0[i];
-        b.step.0[i] = Real::min(b.step.0[i], remaining);
+        let remaining = block.exit_t.0[i] - block.t.0[i];
+        block.step.0[i] = Real::min(block.step.0[i], remaining);
         // A field that decreases all the way, and to below zero, has one root. The first secant uses the mean
         // of the least and the greatest rate of decrease.
-        let (min_decrease, max_decrease) =
-            (b.decrease_min.0[i] / slope, b.decrease_max.0[i] / slope);
-        let active = b.outcome.0[i] == outcome::ACTIVE;
+        let (min_decrease, max_decrease) = (
+            block.decrease_min.0[i] / slope,
+            block.decrease_max.0[i] / slope,
+        );
+        let active = block.outcome.0[i] == outcome::ACTIVE;
         let is_even = max_decrease < min_decrease * MAX_DECREASE_RATIO;
-        let (field, falls) = (b.field.0[i], min_decrease * remaining);
-        let rounding = marching::rounding_at(b.exit_t.0[i], f.rounding);
-        let depth = marching::sign_margin(rounding, min_decrease, f.is_raw);
+        let (field, falls) = (block.field.0[i], min_decrease * remaining);
+        let rounding = marching::rounding_at(block.exit_t.0[i], frame.rounding);
+        let depth = marching::sign_margin(rounding, min_decrease, frame.is_raw);
         let is_certain = active & is_even & (field > 0.0) & (field + depth < falls);
         let select = |new: f32, old: f32| choice.choose(is_certain, new, old);
-        b.outcome.0[i] = select(outcome::HIT, b.outcome.0[i]);
-        b.t_before.0[i] = select(b.exit_t.0[i], b.t_before.0[i]);
+        block.outcome.0[i] = select(outcome::HIT, block.outcome.0[i]);
+        block.t_before.0[i] = select(block.exit_t.0[i], block.t_before.0[i]);
         let end_value = field - (min_decrease + max_decrease) * 0.5 * remaining;
-        b.field_before.0[i] = select(Real::min(end_value, -depth), b.field_before.0[i]);
+        block.field_before.0[i] = select(Real::min(end_value, -depth), block.field_before.0[i]);
     }
-    active_lanes_body(b)
+    active_lanes_body(block)
 }

@@ -64,7 +64,7 @@ macro_rules! lanes {
         pub(super) struct $name {
             $($field: $crate::cpu::F32x64,)+
         }
-        impl $crate::cpu::lanes::Lanes for $name {
+        impl $crate::cpu::ray_tasks::Lanes for $name {
             fn move_lane(&mut self, from: usize, to: usize) {
                 $(self.$field.0[to] = self.$field.0[from];)+
             }
@@ -455,12 +455,12 @@ mod tests {
     struct Sums(Vec<[f32; 2]>);
 
     impl Sums {
-        fn advance_all(b: &mut StepLanes, ended: &mut [bool; LANES]) {
+        fn advance_all(block: &mut StepLanes, ended: &mut [bool; LANES]) {
             for (i, ended) in ended.iter_mut().enumerate() {
-                b.step.0[i] += 1.0;
-                let (item, step) = (b.item.0[i] as u32, b.step.0[i] as u32);
+                block.step.0[i] += 1.0;
+                let (item, step) = (block.item.0[i] as u32, block.step.0[i] as u32);
                 *ended = step >= steps(item);
-                b.mask.0[i] = f32::from(u8::from(is_divergent(item, step)));
+                block.mask.0[i] = f32::from(u8::from(is_divergent(item, step)));
             }
         }
     }
@@ -468,40 +468,50 @@ mod tests {
     impl RayTask for Sums {
         type Block = StepLanes;
 
-        fn begin(&mut self, item: u32, b: &mut StepLanes, lane: usize) -> bool {
-            for column in [&mut b.step, &mut b.mask, &mut b.outside, &mut b.inside] {
+        fn begin(&mut self, item: u32, block: &mut StepLanes, lane: usize) -> bool {
+            for column in [
+                &mut block.step,
+                &mut block.mask,
+                &mut block.outside,
+                &mut block.inside,
+            ] {
                 column.0[lane] = 0.0;
             }
-            b.item.0[lane] = item as f32;
+            block.item.0[lane] = item as f32;
             item % 10 != 9
         }
 
-        fn points(&self, b: &StepLanes, points: &mut Points) {
-            points[0].0 = b.item.0;
-            points[1].0 = b.step.0;
+        fn points(&self, block: &StepLanes, points: &mut Points) {
+            points[0].0 = block.item.0;
+            points[1].0 = block.step.0;
         }
 
-        fn advance(&self, b: &mut StepLanes, values: &F32x64, ended: &mut [bool; LANES]) {
-            for (sum, value) in b.outside.0.iter_mut().zip(values.0) {
+        fn advance(&self, block: &mut StepLanes, values: &F32x64, ended: &mut [bool; LANES]) {
+            for (sum, value) in block.outside.0.iter_mut().zip(values.0) {
                 *sum += value;
             }
-            Self::advance_all(b, ended);
+            Self::advance_all(block, ended);
         }
 
-        fn divergent_mask(b: &StepLanes) -> Option<&F32x64> {
-            Some(&b.mask)
+        fn divergent_mask(block: &StepLanes) -> Option<&F32x64> {
+            Some(&block.mask)
         }
 
-        fn advance_divergent(&self, b: &mut StepLanes, values: &F32x64, ended: &mut [bool; LANES]) {
-            for (sum, value) in b.inside.0.iter_mut().zip(values.0) {
+        fn advance_divergent(
+            &self,
+            block: &mut StepLanes,
+            values: &F32x64,
+            ended: &mut [bool; LANES],
+        ) {
+            for (sum, value) in block.inside.0.iter_mut().zip(values.0) {
                 *sum += value;
             }
-            Self::advance_all(b, ended);
+            Self::advance_all(block, ended);
         }
 
-        fn end(&mut self, item: u32, b: &StepLanes, lane: usize) {
+        fn end(&mut self, item: u32, block: &StepLanes, lane: usize) {
             assert!(self.0[item as usize][0].is_nan(), "item {item} ends twice");
-            self.0[item as usize] = [b.outside.0[lane], b.inside.0[lane]];
+            self.0[item as usize] = [block.outside.0[lane], block.inside.0[lane]];
         }
     }
 

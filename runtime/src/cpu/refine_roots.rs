@@ -1,7 +1,7 @@
 //! The stage `refine_roots`: the ends of rays are moved onto the surface. Packets refine theirs in
 //! `packet/refine_roots.rs`.
 
-use super::lanes::{ColumnChoice, RayTask, is_nan, lanes};
+use super::ray_tasks::{ColumnChoice, RayTask, is_nan, lanes};
 use super::{F32x64, LANES, Points};
 use crate::render::ray::{PixelRay, camera_ray};
 use sdfc_shaders::camera;
@@ -27,49 +27,57 @@ pub(super) struct RootRefinement<'a> {
 impl RayTask for RootRefinement<'_> {
     type Block = RootLanes;
 
-    fn begin(&mut self, item: u32, b: &mut RootLanes, lane: usize) -> bool {
-        let f = self.frame;
+    fn begin(&mut self, item: u32, block: &mut RootLanes, lane: usize) -> bool {
+        let frame = self.frame;
         let ray = &mut self.rays[item as usize];
         // Rays that ran out of steps have no change of sign to refine.
         if !matches!(Status::from_word(ray.status), Status::Hit | Status::Inside) {
             return false;
         }
-        let rounding = marching::rounding_at(ray.t, f.rounding);
+        let rounding = marching::rounding_at(ray.t, frame.rounding);
         let (t, field, other, field_other) = (ray.t, ray.field, ray.t_before, ray.field_before);
-        if marching::is_settled(t, field, other, field_other, rounding, f.is_raw) > 0.0 {
+        if marching::is_settled(t, field, other, field_other, rounding, frame.is_raw) > 0.0 {
             ray.t = marching::secant_estimate(t, field, other, field_other);
             return false;
         }
         let PixelRay {
             origin, direction, ..
-        } = camera_ray(f, self.pixels[item as usize]);
-        b.origin_x.0[lane] = origin.x;
-        b.origin_y.0[lane] = origin.y;
-        b.origin_z.0[lane] = origin.z;
-        b.direction_x.0[lane] = direction.x;
-        b.direction_y.0[lane] = direction.y;
-        b.direction_z.0[lane] = direction.z;
-        b.t.0[lane] = ray.t;
-        b.field.0[lane] = ray.field;
-        b.t_other.0[lane] = ray.t_before;
-        b.field_other.0[lane] = ray.field_before;
-        b.estimate.0[lane] =
-            marching::next_estimate(t, field, other, field_other, rounding, f.is_raw);
-        b.side.0[lane] = if ray.status & FROM_INSIDE != 0 {
+        } = camera_ray(frame, self.pixels[item as usize]);
+        block.origin_x.0[lane] = origin.x;
+        block.origin_y.0[lane] = origin.y;
+        block.origin_z.0[lane] = origin.z;
+        block.direction_x.0[lane] = direction.x;
+        block.direction_y.0[lane] = direction.y;
+        block.direction_z.0[lane] = direction.z;
+        block.t.0[lane] = ray.t;
+        block.field.0[lane] = ray.field;
+        block.t_other.0[lane] = ray.t_before;
+        block.field_other.0[lane] = ray.field_before;
+        block.estimate.0[lane] =
+            marching::next_estimate(t, field, other, field_other, rounding, frame.is_raw);
+        block.side.0[lane] = if ray.status & FROM_INSIDE != 0 {
             -1.0
         } else {
             1.0
         };
-        b.steps.0[lane] = 0.0;
+        block.steps.0[lane] = 0.0;
         true
     }
 
     #[inline(always)]
-    fn points(&self, b: &RootLanes, points: &mut Points) {
+    fn points(&self, block: &RootLanes, points: &mut Points) {
         for i in 0..LANES {
-            let origin = V3::new(b.origin_x.0[i], b.origin_y.0[i], b.origin_z.0[i]);
-            let direction = V3::new(b.direction_x.0[i], b.direction_y.0[i], b.direction_z.0[i]);
-            let p = camera::point_along::<f32>(origin, direction, b.estimate.0[i]);
+            let origin = V3::new(
+                block.origin_x.0[i],
+                block.origin_y.0[i],
+                block.origin_z.0[i],
+            );
+            let direction = V3::new(
+                block.direction_x.0[i],
+                block.direction_y.0[i],
+                block.direction_z.0[i],
+            );
+            let p = camera::point_along::<f32>(origin, direction, block.estimate.0[i]);
             points[0].0[i] = p.x;
             points[1].0[i] = p.y;
             points[2].0[i] = p.z;
@@ -77,45 +85,45 @@ impl RayTask for RootRefinement<'_> {
     }
 
     #[inline(always)]
-    fn advance(&self, b: &mut RootLanes, values: &F32x64, ended: &mut [bool; LANES]) {
+    fn advance(&self, block: &mut RootLanes, values: &F32x64, ended: &mut [bool; LANES]) {
         let choice = ColumnChoice::new();
         for (i, ended) in ended.iter_mut().enumerate() {
             let distance = values.0[i];
             let is_nan_value = is_nan(distance);
             let next = marching::secant_step(
-                b.t.0[i],
-                b.field.0[i],
-                b.t_other.0[i],
-                b.field_other.0[i],
-                b.estimate.0[i],
-                distance * b.side.0[i],
+                block.t.0[i],
+                block.field.0[i],
+                block.t_other.0[i],
+                block.field_other.0[i],
+                block.estimate.0[i],
+                distance * block.side.0[i],
             );
             // An estimate without a value is not used.
             let select = |new: f32, old: f32| choice.choose(!is_nan_value, new, old);
-            b.t.0[i] = select(next.t, b.t.0[i]);
-            b.field.0[i] = select(next.field, b.field.0[i]);
-            b.t_other.0[i] = select(next.t_other, b.t_other.0[i]);
-            b.field_other.0[i] = select(next.field_other, b.field_other.0[i]);
-            let (t, field) = (b.t.0[i], b.field.0[i]);
-            let (other, field_other) = (b.t_other.0[i], b.field_other.0[i]);
+            block.t.0[i] = select(next.t, block.t.0[i]);
+            block.field.0[i] = select(next.field, block.field.0[i]);
+            block.t_other.0[i] = select(next.t_other, block.t_other.0[i]);
+            block.field_other.0[i] = select(next.field_other, block.field_other.0[i]);
+            let (t, field) = (block.t.0[i], block.field.0[i]);
+            let (other, field_other) = (block.t_other.0[i], block.field_other.0[i]);
             let is_raw = self.frame.is_raw;
             let rounding = marching::rounding_at(t, self.frame.rounding);
-            let steps = b.steps.0[i] + 1.0;
+            let steps = block.steps.0[i] + 1.0;
             *ended = (steps >= MAX_SECANT_STEPS as f32)
                 | is_nan_value
                 | (marching::is_settled(t, field, other, field_other, rounding, is_raw) > 0.0);
-            b.estimate.0[i] = if *ended {
+            block.estimate.0[i] = if *ended {
                 marching::secant_estimate(t, field, other, field_other)
             } else {
                 marching::next_estimate(t, field, other, field_other, rounding, is_raw)
             };
-            b.steps.0[i] = steps;
+            block.steps.0[i] = steps;
         }
     }
 
-    fn end(&mut self, item: u32, b: &RootLanes, lane: usize) {
+    fn end(&mut self, item: u32, block: &RootLanes, lane: usize) {
         let ray = &mut self.rays[item as usize];
-        ray.t = b.estimate.0[lane];
-        ray.steps += b.steps.0[lane] as u32;
+        ray.t = block.estimate.0[lane];
+        ray.steps += block.steps.0[lane] as u32;
     }
 }

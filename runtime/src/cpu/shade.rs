@@ -1,7 +1,7 @@
 //! The stage `shade`: the light that each ray carries to the camera.
 
 use super::LANES;
-use super::lanes::lanes;
+use super::ray_tasks::lanes;
 use super::tile::Tile;
 use crate::render::ray::{camera_ray, vector};
 use sdfc_shaders::features::Features;
@@ -23,18 +23,18 @@ lanes! {
 
 /// Reads a vector from three columns of a lane.
 macro_rules! lane_vector {
-    ($b:ident, $lane:expr, $x:ident, $y:ident, $z:ident) => {
-        V3::new($b.$x.0[$lane], $b.$y.0[$lane], $b.$z.0[$lane])
+    ($block:ident, $lane:expr, $x:ident, $y:ident, $z:ident) => {
+        V3::new($block.$x.0[$lane], $block.$y.0[$lane], $block.$z.0[$lane])
     };
 }
 
 /// Writes a vector to three columns of a lane.
 macro_rules! set_lane_vector {
-    ($b:ident, $lane:expr, $x:ident, $y:ident, $z:ident, $v:expr) => {
+    ($block:ident, $lane:expr, $x:ident, $y:ident, $z:ident, $v:expr) => {
         let v = $v;
-        $b.$x.0[$lane] = v.x;
-        $b.$y.0[$lane] = v.y;
-        $b.$z.0[$lane] = v.z;
+        $block.$x.0[$lane] = v.x;
+        $block.$y.0[$lane] = v.y;
+        $block.$z.0[$lane] = v.z;
     };
 }
 
@@ -131,34 +131,35 @@ pub(super) fn uniform_surface(frame: &FrameUniforms) -> Surface {
 }
 
 #[inline(always)]
-fn background(f: &FrameUniforms, direction: V3<f32>, below: V3<f32>, blur: f32) -> V3<f32> {
-    let (top, horizon) = (vector(f.sky_top), vector(f.sky_horizon));
-    sky::sky_color::<f32>(direction, vector(f.sky_up), top, horizon, below, blur)
+fn background(frame: &FrameUniforms, direction: V3<f32>, below: V3<f32>, blur: f32) -> V3<f32> {
+    let (top, horizon) = (vector(frame.sky_top), vector(frame.sky_horizon));
+    sky::sky_color::<f32>(direction, vector(frame.sky_up), top, horizon, below, blur)
 }
 
 multiversion! {
     /// Computes the emitted light and the reflected light of the sky.
-    fn add_sky_light(f: &FrameUniforms, b: &mut Lit) = add_sky_light_body;
+    fn add_sky_light(frame: &FrameUniforms, block: &mut Lit) = add_sky_light_body;
 }
 
 #[inline(always)]
-fn add_sky_light_body(f: &FrameUniforms, b: &mut Lit) {
+fn add_sky_light_body(frame: &FrameUniforms, block: &mut Lit) {
     let (top, horizon, ground) = (
-        vector(f.sky_top),
-        vector(f.sky_horizon),
-        vector(f.sky_ground),
+        vector(frame.sky_top),
+        vector(frame.sky_horizon),
+        vector(frame.sky_ground),
     );
     for i in 0..LANES {
-        let normal = lane_vector!(b, i, normal_x, normal_y, normal_z);
-        let direction = lane_vector!(b, i, direction_x, direction_y, direction_z);
-        let albedo = lane_vector!(b, i, red, green, blue);
-        let (roughness, metallic) = (b.roughness.0[i], b.metallic.0[i]);
-        let irradiance = sky::mean_sky_color::<f32>(normal, vector(f.sky_up), top, horizon, ground);
+        let normal = lane_vector!(block, i, normal_x, normal_y, normal_z);
+        let direction = lane_vector!(block, i, direction_x, direction_y, direction_z);
+        let albedo = lane_vector!(block, i, red, green, blue);
+        let (roughness, metallic) = (block.roughness.0[i], block.metallic.0[i]);
+        let irradiance =
+            sky::mean_sky_color::<f32>(normal, vector(frame.sky_up), top, horizon, ground);
         let mirrored = reflectance::mirror_direction::<f32>(direction, normal);
-        let reflected_sky = background(f, mirrored, ground, roughness);
+        let reflected_sky = background(frame, mirrored, ground, roughness);
         let diffuse =
             reflectance::diffuse_albedo::<f32>(normal, -direction, albedo, roughness, metallic);
-        set_lane_vector!(b, i, diffuse_red, diffuse_green, diffuse_blue, diffuse);
+        set_lane_vector!(block, i, diffuse_red, diffuse_green, diffuse_blue, diffuse);
         let reflected = reflectance::ambient_light::<f32>(
             normal,
             -direction,
@@ -168,50 +169,50 @@ fn add_sky_light_body(f: &FrameUniforms, b: &mut Lit) {
             metallic,
             irradiance,
             reflected_sky,
-            b.sky_visibility.0[i],
+            block.sky_visibility.0[i],
         );
-        let emitted = lane_vector!(b, i, emitted_red, emitted_green, emitted_blue);
+        let emitted = lane_vector!(block, i, emitted_red, emitted_green, emitted_blue);
         set_lane_vector!(
-            b,
+            block,
             i,
             light_red,
             light_green,
             light_blue,
-            emitted + reflected * f.ambient
+            emitted + reflected * frame.ambient
         );
     }
 }
 
 multiversion! {
     /// Adds the reflected light of a light source.
-    fn add_direct_light(light_record: &LightRecord, b: &mut Lit) = add_direct_light_body;
+    fn add_direct_light(light_record: &LightRecord, block: &mut Lit) = add_direct_light_body;
 }
 
 #[inline(always)]
-fn add_direct_light_body(light_record: &LightRecord, b: &mut Lit) {
+fn add_direct_light_body(light_record: &LightRecord, block: &mut Lit) {
     let color = vector(light_record.color);
     for i in 0..LANES {
         let to_light = vector(light_record.position)
-            - lane_vector!(b, i, x, y, z) * light_record.is_positional;
+            - lane_vector!(block, i, x, y, z) * light_record.is_positional;
         let attenuation = reflectance::attenuation(to_light.length());
         let strength = if light_record.is_positional > 0.0 {
             attenuation
         } else {
             1.0
         };
-        let strength = strength * b.light_visibility.0[i];
+        let strength = strength * block.light_visibility.0[i];
         let reflected = reflectance::reflected::<f32>(
-            lane_vector!(b, i, normal_x, normal_y, normal_z),
-            -lane_vector!(b, i, direction_x, direction_y, direction_z),
+            lane_vector!(block, i, normal_x, normal_y, normal_z),
+            -lane_vector!(block, i, direction_x, direction_y, direction_z),
             camera::unit::<f32>(to_light),
-            lane_vector!(b, i, red, green, blue),
-            lane_vector!(b, i, diffuse_red, diffuse_green, diffuse_blue),
-            b.roughness.0[i],
-            b.metallic.0[i],
+            lane_vector!(block, i, red, green, blue),
+            lane_vector!(block, i, diffuse_red, diffuse_green, diffuse_blue),
+            block.roughness.0[i],
+            block.metallic.0[i],
         );
-        let light = lane_vector!(b, i, light_red, light_green, light_blue);
+        let light = lane_vector!(block, i, light_red, light_green, light_blue);
         set_lane_vector!(
-            b,
+            block,
             i,
             light_red,
             light_green,
@@ -223,17 +224,17 @@ fn add_direct_light_body(light_record: &LightRecord, b: &mut Lit) {
 
 multiversion! {
     /// Blends the light with fog along the way to the camera.
-    fn apply_fog(f: &FrameUniforms, b: &mut Lit) = apply_fog_body;
+    fn apply_fog(frame: &FrameUniforms, block: &mut Lit) = apply_fog_body;
 }
 
 #[inline(always)]
-fn apply_fog_body(f: &FrameUniforms, b: &mut Lit) {
-    let horizon = vector(f.sky_horizon);
+fn apply_fog_body(frame: &FrameUniforms, block: &mut Lit) {
+    let horizon = vector(frame.sky_horizon);
     for i in 0..LANES {
-        let light = lane_vector!(b, i, light_red, light_green, light_blue);
-        let fog = sky::fog_opacity(b.distance.0[i], f.fog);
+        let light = lane_vector!(block, i, light_red, light_green, light_blue);
+        let fog = sky::fog_opacity(block.distance.0[i], frame.fog);
         set_lane_vector!(
-            b,
+            block,
             i,
             light_red,
             light_green,

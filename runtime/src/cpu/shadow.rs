@@ -3,7 +3,7 @@
 mod candidate_check;
 mod sized;
 
-use super::lanes::{ColumnChoice, RayTask, any_nonzero, is_nan, lanes, run_streamed};
+use super::ray_tasks::{ColumnChoice, RayTask, any_nonzero, is_nan, lanes, run_streamed};
 use super::tile::Tile;
 use super::{Evaluator, F32x64, LANES, Points};
 use crate::render::ray::vector;
@@ -77,8 +77,8 @@ pub(super) fn cast(
 impl<const FORM: u32> RayTask for ShadowRays<'_, FORM> {
     type Block = ShadowLanes;
 
-    fn begin(&mut self, item: u32, b: &mut ShadowLanes, lane: usize) -> bool {
-        let (f, light) = (self.frame, self.light);
+    fn begin(&mut self, item: u32, block: &mut ShadowLanes, lane: usize) -> bool {
+        let (frame, light) = (self.frame, self.light);
         let primary_ray = &self.rays[item as usize];
         let p = self.points[item as usize];
         let normal = vector(self.normals[item as usize]);
@@ -88,8 +88,12 @@ impl<const FORM: u32> RayTask for ShadowRays<'_, FORM> {
             self.light_visibility[item as usize] = 0.0;
             return false;
         }
-        let half = camera::half_pixel(primary_ray.t, f.half_pixel_size, f.half_pixel_growth);
-        let rounding = marching::rounding_at(primary_ray.t, f.rounding);
+        let half = camera::half_pixel(
+            primary_ray.t,
+            frame.half_pixel_size,
+            frame.half_pixel_growth,
+        );
+        let rounding = marching::rounding_at(primary_ray.t, frame.rounding);
         let is_sharp = if FORM == HARD { 1.0 } else { 0.0 };
         let lift = normals::lift::<f32>(p, half, rounding, is_sharp);
         let min_step = shadow::min_step::<f32>(half, lift);
@@ -100,13 +104,17 @@ impl<const FORM: u32> RayTask for ShadowRays<'_, FORM> {
         let to_light_from_start = light_position - start * light.is_positional;
         let direction = camera::unit::<f32>(to_light_from_start);
         let length = to_light_from_start.length();
-        let light_distance = if length < f.far { length } else { f.far };
+        let light_distance = if length < frame.far {
+            length
+        } else {
+            frame.far
+        };
         let light_t = if light.is_positional > 0.0 {
             light_distance
         } else {
-            f.far
+            frame.far
         };
-        let (low, high) = (vector(f.bounds_min), vector(f.bounds_max));
+        let (low, high) = (vector(frame.bounds_min), vector(frame.bounds_max));
         let size = if has_penumbra(FORM) {
             self.light.size
         } else {
@@ -118,56 +126,60 @@ impl<const FORM: u32> RayTask for ShadowRays<'_, FORM> {
         } else {
             1.0
         };
-        b.start_x.0[lane] = start.x;
-        b.start_y.0[lane] = start.y;
-        b.start_z.0[lane] = start.z;
-        b.direction_x.0[lane] = direction.x;
-        b.direction_y.0[lane] = direction.y;
-        b.direction_z.0[lane] = direction.z;
-        b.exit_t.0[lane] = exit_t;
-        b.light_t.0[lane] = light_t;
-        b.field_before.0[lane] = 0.0;
-        b.step.0[lane] = 0.0;
-        b.slope_before.0[lane] = 0.0;
-        b.t.0[lane] = start_t;
-        b.visibility.0[lane] = 1.0;
-        b.steps.0[lane] = 0.0;
-        b.min_step.0[lane] = min_step;
-        b.side.0[lane] = side;
-        b.rounding.0[lane] = rounding;
+        block.start_x.0[lane] = start.x;
+        block.start_y.0[lane] = start.y;
+        block.start_z.0[lane] = start.z;
+        block.direction_x.0[lane] = direction.x;
+        block.direction_y.0[lane] = direction.y;
+        block.direction_z.0[lane] = direction.z;
+        block.exit_t.0[lane] = exit_t;
+        block.light_t.0[lane] = light_t;
+        block.field_before.0[lane] = 0.0;
+        block.step.0[lane] = 0.0;
+        block.slope_before.0[lane] = 0.0;
+        block.t.0[lane] = start_t;
+        block.visibility.0[lane] = 1.0;
+        block.steps.0[lane] = 0.0;
+        block.min_step.0[lane] = min_step;
+        block.side.0[lane] = side;
+        block.rounding.0[lane] = rounding;
         if has_penumbra(FORM) {
-            b.phase.0[lane] = 0.0;
-            b.last_visibility.0[lane] = 1.0;
-            b.candidate_t.0[lane] = shadow::NO_CANDIDATE;
-            b.moves.0[lane] = 0.0;
+            block.phase.0[lane] = 0.0;
+            block.last_visibility.0[lane] = 1.0;
+            block.candidate_t.0[lane] = shadow::NO_CANDIDATE;
+            block.moves.0[lane] = 0.0;
         }
         if FORM == SIZED {
-            b.axis_x.0[lane] = direction.x;
-            b.axis_y.0[lane] = direction.y;
-            b.axis_z.0[lane] = direction.z;
-            b.size.0[lane] = self.light.size;
-            b.ray_number.0[lane] = 0.0;
-            b.best_visibility.0[lane] = -1.0;
-            b.clear_t.0[lane] = start_t;
-            b.steps_before.0[lane] = 0.0;
+            block.axis_x.0[lane] = direction.x;
+            block.axis_y.0[lane] = direction.y;
+            block.axis_z.0[lane] = direction.z;
+            block.size.0[lane] = self.light.size;
+            block.ray_number.0[lane] = 0.0;
+            block.best_visibility.0[lane] = -1.0;
+            block.clear_t.0[lane] = start_t;
+            block.steps_before.0[lane] = 0.0;
         }
         true
     }
 
     #[inline(always)]
-    fn points(&self, b: &ShadowLanes, points: &mut Points) {
+    fn points(&self, block: &ShadowLanes, points: &mut Points) {
         for i in 0..LANES {
-            let start = V3::new(b.start_x.0[i], b.start_y.0[i], b.start_z.0[i]);
-            let direction = V3::new(b.direction_x.0[i], b.direction_y.0[i], b.direction_z.0[i]);
-            let p = camera::point_along::<f32>(start, direction, b.t.0[i]);
+            let start = V3::new(block.start_x.0[i], block.start_y.0[i], block.start_z.0[i]);
+            let direction = V3::new(
+                block.direction_x.0[i],
+                block.direction_y.0[i],
+                block.direction_z.0[i],
+            );
+            let p = camera::point_along::<f32>(start, direction, block.t.0[i]);
             points[0].0[i] = p.x;
             points[1].0[i] = p.y;
             points[2].0[i] = p.z;
         }
-        if FORM == SIZED && any_nonzero(&b.ray_number) {
+        if FORM == SIZED && any_nonzero(&block.ray_number) {
             for i in 0..LANES {
-                let to_centre = lane_axis(b, i) * b.light_t.0[i];
-                let is_measuring = b.size.0[i] == 0.0;
+                let to_centre = lane_axis(block, i) * block.light_t.0[i];
+                let is_measuring = block.size.0[i] == 0.0;
                 let add = |to: f32, offset: f32| if is_measuring { to + offset } else { to };
                 points[0].0[i] = add(points[0].0[i], to_centre.x);
                 points[1].0[i] = add(points[1].0[i], to_centre.y);
@@ -177,43 +189,46 @@ impl<const FORM: u32> RayTask for ShadowRays<'_, FORM> {
     }
 
     #[inline(always)]
-    fn advance(&self, b: &mut ShadowLanes, values: &F32x64, ended: &mut [bool; LANES]) {
+    fn advance(&self, block: &mut ShadowLanes, values: &F32x64, ended: &mut [bool; LANES]) {
         // Copied here, since the loop's writes could alias the fields behind a pointer.
         let light_params = self.light_params();
         let mut transitions = sized::RayTransitions::default();
         for (i, ended) in ended.iter_mut().enumerate() {
-            b.steps.0[i] += 1.0;
-            let field = values.0[i] * b.side.0[i];
+            block.steps.0[i] += 1.0;
+            let field = values.0[i] * block.side.0[i];
             if FORM == SIZED {
                 (
                     *ended,
                     transitions.kind.0[i],
                     transitions.visibility_or_size.0[i],
-                ) = light_params.step_sized(b, i, field);
+                ) = light_params.step_sized(block, i, field);
             } else {
-                *ended = light_params.step(b, i, field);
+                *ended = light_params.step(block, i, field);
             }
         }
         if FORM == SIZED {
-            light_params.begin_next_rays(b, &transitions, ended);
+            light_params.begin_next_rays(block, &transitions, ended);
         }
     }
 
     #[inline(always)]
-    fn divergent_mask(b: &ShadowLanes) -> Option<&F32x64> {
-        has_penumbra(FORM).then_some(&b.phase)
+    fn divergent_mask(block: &ShadowLanes) -> Option<&F32x64> {
+        has_penumbra(FORM).then_some(&block.phase)
     }
 
     #[inline(always)]
-    fn divergent_points(&self, b: &ShadowLanes, points: &mut Points) {
+    fn divergent_points(&self, block: &ShadowLanes, points: &mut Points) {
         for i in 0..LANES {
             let limit = shadow::candidate_limit(
-                b.candidate_t.0[i],
-                lane_size::<FORM>(b, i, self.light.size),
+                block.candidate_t.0[i],
+                lane_size::<FORM>(block, i, self.light.size),
             );
-            let (phase, value) = (b.phase.0[i], b.value.0[i]);
-            let (point, offset, gradient) =
-                (round_point(b, i), lane_offset(b, i), lane_gradient(b, i));
+            let (phase, value) = (block.phase.0[i], block.value.0[i]);
+            let (point, offset, gradient) = (
+                round_point(block, i),
+                lane_offset(block, i),
+                lane_gradient(block, i),
+            );
             let p = candidate::sample_point::<f32>(point, offset, phase, value, gradient, limit);
             points[0].0[i] = p.x;
             points[1].0[i] = p.y;
@@ -222,28 +237,33 @@ impl<const FORM: u32> RayTask for ShadowRays<'_, FORM> {
     }
 
     #[inline(always)]
-    fn advance_divergent(&self, b: &mut ShadowLanes, values: &F32x64, ended: &mut [bool; LANES]) {
+    fn advance_divergent(
+        &self,
+        block: &mut ShadowLanes,
+        values: &F32x64,
+        ended: &mut [bool; LANES],
+    ) {
         let light_params = self.light_params();
         let mut transitions = sized::RayTransitions::default();
         for (i, ended) in ended.iter_mut().enumerate() {
-            b.steps.0[i] += 1.0;
-            let field = values.0[i] * b.side.0[i];
-            let (is_out_of_steps, is_last) = light_params.step_check(b, i, field);
+            block.steps.0[i] += 1.0;
+            let field = values.0[i] * block.side.0[i];
+            let (is_out_of_steps, is_last) = light_params.step_check(block, i, field);
             *ended = is_out_of_steps | is_nan(field) | (is_last & (FORM != SIZED));
             if FORM == SIZED {
                 transitions.kind.0[i] = if is_last { sized::RAY_ENDED } else { 0.0 };
-                transitions.visibility_or_size.0[i] = b.visibility.0[i];
+                transitions.visibility_or_size.0[i] = block.visibility.0[i];
             }
         }
         if FORM == SIZED {
-            light_params.begin_next_rays(b, &transitions, ended);
+            light_params.begin_next_rays(block, &transitions, ended);
         }
     }
 
-    fn end(&mut self, item: u32, b: &ShadowLanes, lane: usize) {
+    fn end(&mut self, item: u32, block: &ShadowLanes, lane: usize) {
         let visibility = match FORM {
-            SIZED if b.ray_number.0[lane] > 0.0 => b.best_visibility.0[lane],
-            _ => b.visibility.0[lane],
+            SIZED if block.ray_number.0[lane] > 0.0 => block.best_visibility.0[lane],
+            _ => block.visibility.0[lane],
         };
         self.light_visibility[item as usize] = match FORM {
             SIZED => shadow::light_fraction_sized(visibility),
@@ -275,46 +295,59 @@ const fn has_penumbra(form: u32) -> bool {
 
 /// Returns the part of the gradient in a lane that is measured so far.
 #[inline(always)]
-fn lane_gradient(b: &ShadowLanes, i: usize) -> V3<f32> {
-    V3::new(b.gradient_x.0[i], b.gradient_y.0[i], b.gradient_z.0[i])
+fn lane_gradient(block: &ShadowLanes, i: usize) -> V3<f32> {
+    V3::new(
+        block.gradient_x.0[i],
+        block.gradient_y.0[i],
+        block.gradient_z.0[i],
+    )
 }
 
 /// Returns the point of the candidate's round in a lane.
 #[inline(always)]
-fn round_point(b: &ShadowLanes, i: usize) -> V3<f32> {
-    let start = V3::new(b.start_x.0[i], b.start_y.0[i], b.start_z.0[i]);
-    camera::point_along::<f32>(start, lane_direction(b, i), b.candidate_t.0[i]) + lane_offset(b, i)
+fn round_point(block: &ShadowLanes, i: usize) -> V3<f32> {
+    let start = V3::new(block.start_x.0[i], block.start_y.0[i], block.start_z.0[i]);
+    camera::point_along::<f32>(start, lane_direction(block, i), block.candidate_t.0[i])
+        + lane_offset(block, i)
 }
 
 /// Returns the direction of the ray in a lane.
 #[inline(always)]
-fn lane_direction(b: &ShadowLanes, i: usize) -> V3<f32> {
-    V3::new(b.direction_x.0[i], b.direction_y.0[i], b.direction_z.0[i])
+fn lane_direction(block: &ShadowLanes, i: usize) -> V3<f32> {
+    V3::new(
+        block.direction_x.0[i],
+        block.direction_y.0[i],
+        block.direction_z.0[i],
+    )
 }
 
 /// Returns the light's size for the ray in a lane.
 #[inline(always)]
-fn lane_size<const FORM: u32>(b: &ShadowLanes, i: usize, size: f32) -> f32 {
-    if FORM == SIZED { b.size.0[i] } else { size }
+fn lane_size<const FORM: u32>(block: &ShadowLanes, i: usize, size: f32) -> f32 {
+    if FORM == SIZED { block.size.0[i] } else { size }
 }
 
 /// Returns the direction from the start of the ray in a lane to the centre of the light.
 #[inline(always)]
-fn lane_axis(b: &ShadowLanes, i: usize) -> V3<f32> {
-    V3::new(b.axis_x.0[i], b.axis_y.0[i], b.axis_z.0[i])
+fn lane_axis(block: &ShadowLanes, i: usize) -> V3<f32> {
+    V3::new(block.axis_x.0[i], block.axis_y.0[i], block.axis_z.0[i])
 }
 
 /// Returns the offset from the candidate in a lane to the point of its round.
 #[inline(always)]
-fn lane_offset(b: &ShadowLanes, i: usize) -> V3<f32> {
-    V3::new(b.offset_x.0[i], b.offset_y.0[i], b.offset_z.0[i])
+fn lane_offset(block: &ShadowLanes, i: usize) -> V3<f32> {
+    V3::new(
+        block.offset_x.0[i],
+        block.offset_y.0[i],
+        block.offset_z.0[i],
+    )
 }
 
 #[inline(always)]
-fn set_direction(b: &mut ShadowLanes, i: usize, direction: V3<f32>) {
-    b.direction_x.0[i] = direction.x;
-    b.direction_y.0[i] = direction.y;
-    b.direction_z.0[i] = direction.z;
+fn set_direction(block: &mut ShadowLanes, i: usize, direction: V3<f32>) {
+    block.direction_x.0[i] = direction.x;
+    block.direction_y.0[i] = direction.y;
+    block.direction_z.0[i] = direction.z;
 }
 
 /// Begins the check of a lane's occluder candidate if `begins` is set. With `is_at_end` the ray ends after
@@ -322,21 +355,24 @@ fn set_direction(b: &mut ShadowLanes, i: usize, direction: V3<f32>) {
 #[inline(always)]
 fn begin_candidate_check(
     choice: ColumnChoice,
-    b: &mut ShadowLanes,
+    block: &mut ShadowLanes,
     i: usize,
     begins: bool,
     is_at_end: bool,
 ) {
     let select = |new: f32, old: f32| choice.choose(begins, new, old);
-    b.phase.0[i] = select(1.0, b.phase.0[i]);
-    b.round.0[i] = select(0.0, b.round.0[i]);
-    b.offset_x.0[i] = select(0.0, b.offset_x.0[i]);
-    b.offset_y.0[i] = select(0.0, b.offset_y.0[i]);
-    b.offset_z.0[i] = select(0.0, b.offset_z.0[i]);
-    b.gradient_x.0[i] = select(0.0, b.gradient_x.0[i]);
-    b.gradient_y.0[i] = select(0.0, b.gradient_y.0[i]);
-    b.gradient_z.0[i] = select(0.0, b.gradient_z.0[i]);
-    b.ends_after_check.0[i] = select(if is_at_end { 1.0 } else { 0.0 }, b.ends_after_check.0[i]);
+    block.phase.0[i] = select(1.0, block.phase.0[i]);
+    block.round.0[i] = select(0.0, block.round.0[i]);
+    block.offset_x.0[i] = select(0.0, block.offset_x.0[i]);
+    block.offset_y.0[i] = select(0.0, block.offset_y.0[i]);
+    block.offset_z.0[i] = select(0.0, block.offset_z.0[i]);
+    block.gradient_x.0[i] = select(0.0, block.gradient_x.0[i]);
+    block.gradient_y.0[i] = select(0.0, block.gradient_y.0[i]);
+    block.gradient_z.0[i] = select(0.0, block.gradient_z.0[i]);
+    block.ends_after_check.0[i] = select(
+        if is_at_end { 1.0 } else { 0.0 },
+        block.ends_after_check.0[i],
+    );
 }
 
 /// Parameters that all rays towards a light share.
@@ -363,58 +399,59 @@ impl<const FORM: u32> LightParams<FORM> {
     /// An occluder candidate is checked once the next sample is no candidate, or at the end of the
     /// ray.
     #[inline(always)]
-    fn step(self, b: &mut ShadowLanes, i: usize, field: f32) -> bool {
-        let (t, v) = (b.t.0[i], b.visibility.0[i]);
-        let slope = shadow::slope(field, b.field_before.0[i], b.step.0[i]);
-        let sign_margin = marching::sign_margin(b.rounding.0[i], slope, self.is_raw);
-        let min_stride = b.min_step.0[i] * shadow::late_speedup(b.steps.0[i]);
+    fn step(self, block: &mut ShadowLanes, i: usize, field: f32) -> bool {
+        let (t, v) = (block.t.0[i], block.visibility.0[i]);
+        let slope = shadow::slope(field, block.field_before.0[i], block.step.0[i]);
+        let sign_margin = marching::sign_margin(block.rounding.0[i], slope, self.is_raw);
+        let min_stride = block.min_step.0[i] * shadow::late_speedup(block.steps.0[i]);
         let next = match FORM {
             PLAIN => shadow::short_stride(field, t, min_stride, self.size),
             _ => shadow::stride(field, t, min_stride, self.size),
         };
         // The last point is the end of the ray itself, wherever the previous steps were.
-        let remaining = b.exit_t.0[i] - t;
+        let remaining = block.exit_t.0[i] - t;
         let remaining = if remaining > 0.0 { remaining } else { 0.0 };
         let next = if next < remaining { next } else { remaining };
-        let out_of_steps = b.steps.0[i] >= self.max_steps;
-        let is_at_end = (t >= b.exit_t.0[i]) | out_of_steps;
+        let out_of_steps = block.steps.0[i] >= self.max_steps;
+        let is_at_end = (t >= block.exit_t.0[i]) | out_of_steps;
         let is_nan_value = is_nan(field);
         let back_step = shadow::step_to_passed_sheet(
             field,
-            b.field_before.0[i],
-            b.step.0[i],
-            b.slope_before.0[i],
+            block.field_before.0[i],
+            block.step.0[i],
+            block.slope_before.0[i],
             sign_margin,
         );
         let goes_back = (back_step > 0.0) & !out_of_steps;
         let next = if goes_back {
-            back_step - b.step.0[i]
+            back_step - block.step.0[i]
         } else {
             next
         };
         let select = |new: f32, old: f32| self.choice.choose(!goes_back, new, old);
-        b.t.0[i] = t + next;
-        b.field_before.0[i] = select(field, b.field_before.0[i]);
-        b.step.0[i] = if goes_back { back_step } else { next };
-        b.slope_before.0[i] = if goes_back { 0.0 } else { slope };
+        block.t.0[i] = t + next;
+        block.field_before.0[i] = select(field, block.field_before.0[i]);
+        block.step.0[i] = if goes_back { back_step } else { next };
+        block.slope_before.0[i] = if goes_back { 0.0 } else { slope };
         if !has_penumbra(FORM) {
             let sample_visibility = select(shadow::hard_visibility(v, field, sign_margin), v);
-            b.visibility.0[i] = sample_visibility;
+            block.visibility.0[i] = sample_visibility;
             return !goes_back & (is_at_end | (sample_visibility <= 0.0) | is_nan_value);
         }
         let sample_visibility = shadow::visibility_at(field, t, self.size);
         let is_inside = (field < -sign_margin) & !goes_back;
-        let is_candidate =
-            (shadow::is_candidate(sample_visibility, b.last_visibility.0[i], v) > 0.0) & !goes_back;
+        let is_candidate = (shadow::is_candidate(sample_visibility, block.last_visibility.0[i], v)
+            > 0.0)
+            & !goes_back;
         let if_candidate = |new: f32, old: f32| self.choice.choose(is_candidate, new, old);
-        b.candidate_t.0[i] = if_candidate(t, b.candidate_t.0[i]);
-        b.value.0[i] = if_candidate(field, b.value.0[i]);
-        b.last_visibility.0[i] = select(sample_visibility, b.last_visibility.0[i]);
+        block.candidate_t.0[i] = if_candidate(t, block.candidate_t.0[i]);
+        block.value.0[i] = if_candidate(field, block.value.0[i]);
+        block.last_visibility.0[i] = select(sample_visibility, block.last_visibility.0[i]);
         let has_passed_minimum = (!is_candidate | is_at_end) & !goes_back;
-        let has_candidate = b.candidate_t.0[i] > 0.0;
+        let has_candidate = block.candidate_t.0[i] > 0.0;
         let begins = has_passed_minimum & has_candidate & !out_of_steps & !is_inside;
-        begin_candidate_check(self.choice, b, i, begins, is_at_end);
-        b.visibility.0[i] = self.choice.choose(is_inside, 0.0, v);
+        begin_candidate_check(self.choice, block, i, begins, is_at_end);
+        block.visibility.0[i] = self.choice.choose(is_inside, 0.0, v);
         !goes_back & (is_inside | (is_at_end & !begins) | is_nan_value)
     }
 }

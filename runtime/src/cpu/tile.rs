@@ -22,10 +22,10 @@ const TILES_PER_CORE: u32 = 16;
 
 /// Returns the side of a picture's tiles in pixels: the largest one that gives every core
 /// [`TILES_PER_CORE`] tiles, or the least one.
-fn tile_side(picture: &RenderJob) -> u32 {
+fn tile_side(job: &RenderJob) -> u32 {
     let tiles = TILES_PER_CORE * rayon::current_num_threads() as u32;
     let is_small_enough = |&side: &u32| {
-        let [columns, rows] = picture.size.map(|length| length.div_ceil(side));
+        let [columns, rows] = job.size.map(|length| length.div_ceil(side));
         columns.saturating_mul(rows) >= tiles
     };
     (MIN_TILE_SIDE..=MAX_TILE_SIDE)
@@ -76,12 +76,12 @@ pub(super) struct Tile {
 }
 
 impl Tile {
-    pub(super) fn reset_to(&mut self, corner: [u32; 2], picture: &RenderJob) {
+    pub(super) fn reset_to(&mut self, corner: [u32; 2], job: &RenderJob) {
         [self.left, self.upper] = corner;
-        let remaining = [0, 1].map(|axis| picture.size[axis] - corner[axis]);
-        let side = tile_side(picture);
+        let remaining = [0, 1].map(|axis| job.size[axis] - corner[axis]);
+        let side = tile_side(job);
         self.visible_size = remaining.map(|remaining| remaining.min(side));
-        let overlap = u32::from(picture.features.mode == Mode::Edges);
+        let overlap = u32::from(job.features.mode == Mode::Edges);
         [self.width, self.height] = [0, 1].map(|axis| remaining[axis].min(side + overlap));
         let count = (self.width * self.height) as usize;
         self.order.clear();
@@ -104,7 +104,7 @@ impl Tile {
         self.normals.resize(count, [0.0; 3]);
         self.outside_points.resize(count, V3::default());
         self.slopes.clear();
-        let slopes = if picture.features.occlusion == Occlusion::Off {
+        let slopes = if job.features.occlusion == Occlusion::Off {
             0
         } else {
             count
@@ -112,8 +112,7 @@ impl Tile {
         self.slopes.resize(slopes, 1.0);
         self.surfaces.resize(count, Surface::default());
         self.sky_visibility.resize(count, 1.0);
-        self.light_visibility
-            .resize(picture.lights.len(), Vec::new());
+        self.light_visibility.resize(job.lights.len(), Vec::new());
         for visibility in &mut self.light_visibility {
             visibility.resize(count, 1.0);
         }
@@ -157,60 +156,60 @@ impl Tile {
     }
 
     /// Copies the hits of the first sample to the picture.
-    pub(super) fn store_hits(&self, picture: &RenderJob, frame: &mut Image) {
-        for (i, index) in self.visible_pixels(frame.width) {
+    pub(super) fn store_hits(&self, job: &RenderJob, image: &mut Image) {
+        for (i, index) in self.visible_pixels(image.width) {
             let ray = &self.rays[i];
             let status = Status::from_word(ray.status);
-            frame.status[index] = status;
-            frame.steps[index] = ray.steps;
-            frame
+            image.status[index] = status;
+            image.steps[index] = ray.steps;
+            image
                 .stats
-                .count(status, || ends_at_far(&picture.uniforms, self.pixels[i]));
-            frame.stats.undecided += u64::from(ray.status & UNDECIDED != 0);
+                .count(status, || ends_at_far(&job.uniforms, self.pixels[i]));
+            image.stats.undecided += u64::from(ray.status & UNDECIDED != 0);
             if ray.status & SHOWN == 0 {
                 continue;
             }
-            frame.depth[index] = distance_from_camera(&picture.uniforms, self.pixels[i], ray.t);
-            frame.normal[index] = self.normals[i];
-            let id = if picture.features.materials {
+            image.depth[index] = distance_from_camera(&job.uniforms, self.pixels[i], ray.t);
+            image.normal[index] = self.normals[i];
+            let id = if job.features.materials {
                 self.surfaces[i].id
             } else {
-                picture.uniforms.id
+                job.uniforms.id
             };
-            frame.id[index] = id as u32;
+            image.id[index] = id as u32;
         }
     }
 
     /// Counts the rays of a later sample.
-    pub(super) fn count_statuses(&self, pass: &layout::FrameUniforms, frame: &mut Image) {
-        for (i, _) in self.visible_pixels(frame.width) {
+    pub(super) fn count_statuses(&self, frame: &layout::FrameUniforms, image: &mut Image) {
+        for (i, _) in self.visible_pixels(image.width) {
             let status = self.rays[i].status;
-            let at_far = || ends_at_far(pass, self.pixels[i]);
-            frame.stats.count(Status::from_word(status), at_far);
-            frame.stats.undecided += u64::from(status & UNDECIDED != 0);
+            let at_far = || ends_at_far(frame, self.pixels[i]);
+            image.stats.count(Status::from_word(status), at_far);
+            image.stats.undecided += u64::from(status & UNDECIDED != 0);
         }
     }
 
     /// Loads the sums of earlier samples.
-    pub(super) fn load_partial_sums(&mut self, frame: &Image) {
+    pub(super) fn load_partial_sums(&mut self, image: &Image) {
         let mut colors = std::mem::take(&mut self.colors);
-        for (i, index) in self.visible_pixels(frame.width) {
-            colors[i] = frame.color[index];
+        for (i, index) in self.visible_pixels(image.width) {
+            colors[i] = image.color[index];
         }
         self.colors = colors;
     }
 
-    pub(super) fn store_colors(&self, samples: u32, frame: &mut Image) {
-        for (i, index) in self.visible_pixels(frame.width) {
-            frame.color[index] = self.colors[i].map(|sum| sum / samples as f32);
+    pub(super) fn store_colors(&self, samples: u32, image: &mut Image) {
+        for (i, index) in self.visible_pixels(image.width) {
+            image.color[index] = self.colors[i].map(|sum| sum / samples as f32);
         }
     }
 }
 
 /// Returns the corners of the tiles.
-pub(super) fn corners(picture: &RenderJob) -> Vec<[u32; 2]> {
-    let step = tile_side(picture) as usize;
-    let [columns, rows] = picture.size.map(|length| (0..length).step_by(step));
+pub(super) fn corners(job: &RenderJob) -> Vec<[u32; 2]> {
+    let step = tile_side(job) as usize;
+    let [columns, rows] = job.size.map(|length| (0..length).step_by(step));
     rows.flat_map(|y| columns.clone().map(move |x| [x, y]))
         .collect()
 }

@@ -1,10 +1,10 @@
 //! Stages of a sample, and pictures made of them tile by tile.
 
 use super::beam::Beams;
-use super::lanes::run_streamed;
 use super::leaf_bins::{self, LeafBins};
 use super::march::March;
 use super::packet::NO_LEAF;
+use super::ray_tasks::run_streamed;
 use super::refine_roots::RootRefinement;
 use super::tile::{Tile, corners};
 use super::{Evaluator, RenderField, debug_views, normal, occlusion, shade, shadow};
@@ -29,43 +29,49 @@ impl Tile {
     /// Renders a sample of each pixel and adds it; returns the number of evaluations.
     fn render_sample(
         &mut self,
-        f: &layout::FrameUniforms,
-        picture: &RenderJob,
+        frame: &layout::FrameUniforms,
+        job: &RenderJob,
         (stages, traversal, plane_values): (&[RenderStage], Option<&CellTraversal>, Option<&[f32]>),
         evaluator: &mut dyn Evaluator,
     ) -> u64 {
-        let features = &picture.features;
+        let features = &job.features;
         let mut evaluations = 0;
         for stage in stages {
             evaluations += match stage {
                 // The march computes beams itself, where it uses them.
                 RenderStage::Beam => 0,
-                RenderStage::March => self.march(f, traversal, evaluator),
+                RenderStage::March => self.march(frame, traversal, evaluator),
                 RenderStage::RefineRoots | RenderStage::Normal if self.has_known_hits => 0,
-                RenderStage::RefineRoots => self.refine_roots(f, evaluator),
-                RenderStage::Normal => normal::find_normals(f, features.normals, self, evaluator),
-                RenderStage::Surface => normal::find_surfaces(f, self, evaluator),
+                RenderStage::RefineRoots => self.refine_roots(frame, evaluator),
+                RenderStage::Normal => {
+                    normal::find_normals(frame, features.normals, self, evaluator)
+                }
+                RenderStage::Surface => normal::find_surfaces(frame, self, evaluator),
                 RenderStage::Shadow => {
-                    let light_forms = features.lights.iter().zip(&picture.lights).enumerate();
+                    let light_forms = features.lights.iter().zip(&job.lights).enumerate();
                     light_forms
-                        .map(|(i, (&form, light))| shadow::cast(f, light, i, form, self, evaluator))
+                        .map(|(i, (&form, light))| {
+                            shadow::cast(frame, light, i, form, self, evaluator)
+                        })
                         .sum()
                 }
-                RenderStage::Occlusion => occlusion::find_occlusion(f, features, self, evaluator),
+                RenderStage::Occlusion => {
+                    occlusion::find_occlusion(frame, features, self, evaluator)
+                }
                 RenderStage::Shade => {
-                    shade::shade(f, features, &picture.lights, self);
+                    shade::shade(frame, features, &job.lights, self);
                     0
                 }
                 RenderStage::View => {
-                    debug_views::view(f, features, self);
+                    debug_views::view(frame, features, self);
                     0
                 }
                 RenderStage::Edges => {
-                    debug_views::edges(f, features, self);
+                    debug_views::edges(frame, features, self);
                     0
                 }
                 RenderStage::Plane => {
-                    debug_views::plane(f, features, self, plane_values, evaluator)
+                    debug_views::plane(frame, features, self, plane_values, evaluator)
                 }
             };
         }
@@ -182,17 +188,17 @@ impl Tile {
 }
 
 /// Returns the cells of a picture, binned by packets, if the field has any.
-fn cell_traversal(field: &dyn RenderField, picture: &RenderJob) -> Option<CellTraversal> {
-    let cells = field.cells(picture)?;
-    let leaf_bins = LeafBins::new(&cells, &picture.uniforms);
+fn cell_traversal(field: &dyn RenderField, job: &RenderJob) -> Option<CellTraversal> {
+    let cells = field.cells(job)?;
+    let leaf_bins = LeafBins::new(&cells, &job.uniforms);
     Some(CellTraversal { cells, leaf_bins })
 }
 
 /// Computes the surface at each pixel, tile by tile.
-pub(super) fn geometry(field: &dyn RenderField, picture: &RenderJob) -> Geometry {
-    let corners = corners(picture);
-    let traversal = cell_traversal(field, picture);
-    let [width, height] = picture.size.map(|n| n as usize);
+pub(super) fn geometry(field: &dyn RenderField, job: &RenderJob) -> Geometry {
+    let corners = corners(job);
+    let traversal = cell_traversal(field, job);
+    let [width, height] = job.size.map(|n| n as usize);
     let result = Mutex::new(Geometry {
         depth: vec![f32::INFINITY; width * height],
         normal: vec![[0.0; 3]; width * height],
@@ -201,10 +207,10 @@ pub(super) fn geometry(field: &dyn RenderField, picture: &RenderJob) -> Geometry
         corners.len(),
         || {
             let cells = traversal.as_ref().map(|traversal| &*traversal.cells);
-            (Tile::default(), field.evaluator(picture, cells))
+            (Tile::default(), field.evaluator(job, cells))
         },
         |(tile, evaluator), number| {
-            tile.reset_to(corners[number], picture);
+            tile.reset_to(corners[number], job);
             let stages = [
                 RenderStage::Beam,
                 RenderStage::March,
@@ -212,13 +218,12 @@ pub(super) fn geometry(field: &dyn RenderField, picture: &RenderJob) -> Geometry
                 RenderStage::Normal,
             ];
             let inputs = (stages.as_slice(), traversal.as_ref(), None);
-            tile.render_sample(&picture.uniforms, picture, inputs, &mut **evaluator);
+            tile.render_sample(&job.uniforms, job, inputs, &mut **evaluator);
             let mut result = result.lock().unwrap_or_else(PoisonError::into_inner);
             for (i, index) in tile.visible_pixels(width) {
                 if tile.rays[i].status & SHOWN != 0 {
                     let t = tile.rays[i].t;
-                    result.depth[index] =
-                        distance_from_camera(&picture.uniforms, tile.pixels[i], t);
+                    result.depth[index] = distance_from_camera(&job.uniforms, tile.pixels[i], t);
                     result.normal[index] = tile.normals[i];
                 }
             }
@@ -230,19 +235,19 @@ pub(super) fn geometry(field: &dyn RenderField, picture: &RenderJob) -> Geometry
 /// Computes a picture, tile by tile.
 pub(super) fn render(
     field: &dyn RenderField,
-    picture: &RenderJob,
+    job: &RenderJob,
     samples: Samples<'_>,
     progress: &dyn RenderProgress,
 ) -> Option<Image> {
-    let (passes, initial_image) = samples.passes(picture);
+    let (passes, initial_image) = samples.passes(job);
     let (first_sample, end_sample) = (passes.start, passes.end);
     if passes.is_empty() {
         return Some(initial_image);
     }
-    let stages = stages(&picture.features);
-    let corners = corners(picture);
+    let stages = stages(&job.features);
+    let corners = corners(job);
     let traversal = if stages.contains(&RenderStage::March) {
-        cell_traversal(field, picture)
+        cell_traversal(field, job)
     } else {
         None
     };
@@ -250,46 +255,46 @@ pub(super) fn render(
         .clone()
         .map(|sample| {
             let (plane, band) = if stages.contains(&RenderStage::Plane) {
-                face_on(&picture.pass_uniforms(sample), picture)?
+                face_on(&job.pass_uniforms(sample), job)?
             } else {
                 return None;
             };
-            field.sample_plane(picture, &plane, band)
+            field.sample_plane(job, &plane, band)
         })
         .collect();
-    let frame = Mutex::new((initial_image, 0_usize));
+    let image = Mutex::new((initial_image, 0_usize));
     let stopped = AtomicBool::new(false);
     parallel_map_with(
         corners.len(),
         || {
             let cells = traversal.as_ref().map(|traversal| &*traversal.cells);
-            (Tile::default(), field.evaluator(picture, cells))
+            (Tile::default(), field.evaluator(job, cells))
         },
         |(tile, evaluator), number| {
             if stopped.load(Ordering::Relaxed) {
                 return;
             }
-            tile.reset_to(corners[number], picture);
+            tile.reset_to(corners[number], job);
             if first_sample > 0 {
-                tile.load_partial_sums(&frame.lock().unwrap_or_else(PoisonError::into_inner).0);
+                tile.load_partial_sums(&image.lock().unwrap_or_else(PoisonError::into_inner).0);
             }
             let mut evaluations = 0;
             let mut finished_tiles = 0;
             for sample in passes.clone() {
-                let pass = picture.pass_uniforms(sample);
+                let frame = job.pass_uniforms(sample);
                 let sample_values = plane_values[(sample - first_sample) as usize].as_deref();
                 let inputs = (stages.as_slice(), traversal.as_ref(), sample_values);
-                evaluations += tile.render_sample(&pass, picture, inputs, &mut **evaluator);
-                let mut image_and_count = frame.lock().unwrap_or_else(PoisonError::into_inner);
-                let (frame, tiles) = &mut *image_and_count;
+                evaluations += tile.render_sample(&frame, job, inputs, &mut **evaluator);
+                let mut image_and_count = image.lock().unwrap_or_else(PoisonError::into_inner);
+                let (image, tiles) = &mut *image_and_count;
                 if sample == 0 {
-                    tile.store_hits(picture, frame);
+                    tile.store_hits(job, image);
                 } else {
-                    tile.count_statuses(&pass, frame);
+                    tile.count_statuses(&frame, image);
                 }
                 if sample + 1 == end_sample {
-                    tile.store_colors(end_sample, frame);
-                    frame.stats.evaluations += evaluations;
+                    tile.store_colors(end_sample, image);
+                    image.stats.evaluations += evaluations;
                     *tiles += 1;
                     finished_tiles = *tiles;
                 }
@@ -302,6 +307,6 @@ pub(super) fn render(
             }
         },
     );
-    let (frame, _) = frame.into_inner().unwrap_or_else(PoisonError::into_inner);
-    (!stopped.into_inner()).then_some(frame)
+    let (image, _) = image.into_inner().unwrap_or_else(PoisonError::into_inner);
+    (!stopped.into_inner()).then_some(image)
 }

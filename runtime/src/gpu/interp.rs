@@ -14,7 +14,7 @@ mod cells;
 
 use super::cell_builder::{self, GpuCellBuilder};
 use super::driver::{BindingAccess, Buffer, BufferBinding, BufferUsage, Gpu};
-use super::kernels::{self, SceneWgsl};
+use super::kernel_cache::{self, SceneWgsl};
 use super::scene::{GpuScene, KernelMode, default_material_wgsl};
 use crate::cells::policy;
 use crate::cells::{GpuCells, required_registers};
@@ -207,7 +207,7 @@ impl GpuScene for Interpreter {
 
     fn variant(&self) -> u32 {
         if self.is_generic() {
-            return kernels::GENERIC_VARIANT;
+            return kernel_cache::GENERIC_VARIANT;
         }
         if !self.runs_tapes() {
             return 0;

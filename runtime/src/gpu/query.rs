@@ -2,7 +2,7 @@
 //! functions: a single kernel would take as long to compile as all three together.
 
 use super::driver::{BindingAccess, Buffer, BufferBinding, BufferUsage, Extent};
-use super::kernels::{KernelId, SceneWgsl};
+use super::kernel_cache::{KernelId, SceneWgsl};
 use super::runner::SceneRunner;
 use super::scene::GpuScene;
 use crate::engine::{EngineError, FieldSample};

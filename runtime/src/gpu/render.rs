@@ -3,7 +3,7 @@
 //! it was divided.
 
 use super::driver::{Batch, BoundKernel, BufferBinding, Extent};
-use super::kernels::KernelId;
+use super::kernel_cache::KernelId;
 use super::runner::SceneRunner;
 use super::scene::GpuScene;
 use super::tiles::TileRect;

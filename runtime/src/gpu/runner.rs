@@ -5,7 +5,7 @@
 //! more are resumed.
 
 use super::driver::{DeviceKind, Gpu};
-use super::kernels::Kernels;
+use super::kernel_cache::Kernels;
 use super::scene::GpuScene;
 use super::tiles::TileBuffers;
 use super::work_budget::WorkBudget;

@@ -1,7 +1,7 @@
 //! A scene on a device, in the form of one engine: its WGSL functions and the buffers that they read.
 
 use super::driver::{Buffer, BufferBinding, Gpu};
-use super::kernels::SceneWgsl;
+use super::kernel_cache::SceneWgsl;
 use crate::engine::{EngineError, EngineKind, SceneInput};
 use crate::render::{CellStats, RenderJob};
 use sdfc_shaders::assemble::SceneFunction;
@@ -33,7 +33,7 @@ pub(super) trait GpuScene: Sized {
         Ok(None)
     }
     /// Reports whether its functions are those of all scenes. [`GpuScene::variant`] is then
-    /// [`super::kernels::GENERIC_VARIANT`].
+    /// [`super::kernel_cache::GENERIC_VARIANT`].
     fn is_generic(&self) -> bool {
         false
     }

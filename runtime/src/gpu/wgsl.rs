@@ -2,7 +2,7 @@
 //! buffer.
 
 use super::driver::{BindingAccess, Buffer, BufferBinding, BufferUsage, Gpu};
-use super::kernels::SceneWgsl;
+use super::kernel_cache::SceneWgsl;
 use super::scene::{GpuScene, KernelMode, default_material_wgsl};
 use crate::engine::{EngineError, EngineKind, SceneInput};
 use sdfc_shaders::assemble::{FIRST_SCENE_SLOT, SceneFunction};

@@ -1,8 +1,8 @@
 //! Errors of a picture compared with the truth.
 
 use super::{GroundTruth, Outcome, PixelClass};
+use crate::comparison::Percentiles;
 use crate::render::{Geometry, Image, Status};
-use crate::verify::Percentiles;
 use glam::DVec3;
 use serde::Serialize;
 
@@ -18,11 +18,11 @@ pub struct RenderedPixels<'a> {
 }
 
 impl<'a> From<&'a Image> for RenderedPixels<'a> {
-    fn from(frame: &'a Image) -> Self {
+    fn from(image: &'a Image) -> Self {
         Self {
-            depth: &frame.depth,
-            normal: &frame.normal,
-            status: &frame.status,
+            depth: &image.depth,
+            normal: &image.normal,
+            status: &image.status,
         }
     }
 }

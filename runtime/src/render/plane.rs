@@ -49,16 +49,13 @@ pub(crate) fn plane_of(settings: &RenderSettings) -> Option<PixelPlane> {
 
 /// Returns the plane that a picture sees face on, and the distance from zero beyond which only the field's sign
 /// matters.
-pub(crate) fn face_on_plane(picture: &RenderJob) -> Option<(PixelPlane, f32)> {
-    face_on(&picture.uniforms, picture)
+pub(crate) fn face_on_plane(job: &RenderJob) -> Option<(PixelPlane, f32)> {
+    face_on(&job.uniforms, job)
 }
 
 /// Returns the plane that a sample sees face on along parallel rays, and the distance from zero beyond which
 /// only the field's sign matters.
-pub(crate) fn face_on(
-    frame: &layout::FrameUniforms,
-    picture: &RenderJob,
-) -> Option<(PixelPlane, f32)> {
+pub(crate) fn face_on(frame: &layout::FrameUniforms, job: &RenderJob) -> Option<(PixelPlane, f32)> {
     if frame.half_pixel_growth != 0.0 {
         return None;
     }
@@ -71,15 +68,15 @@ pub(crate) fn face_on(
         camera::point_along::<f32>(origin, direction, t)
     };
     // The steps are taken from one edge to the other, so that the rounding of one pixel is not multiplied.
-    let [width, height] = picture.size.map(|n| n as f32);
+    let [width, height] = job.size.map(|n| n as f32);
     let upper_left = point_at(0.0, 0.0);
     let plane = PixelPlane {
         first: upper_left.to_array(),
         right: ((point_at(width, 0.0) - upper_left) * (1.0 / width)).to_array(),
         down: ((point_at(0.0, height) - upper_left) * (1.0 / height)).to_array(),
-        size: picture.size.map(|n| n as usize),
+        size: job.size.map(|n| n as usize),
     };
-    let band = picture.exact_band.unwrap_or(match picture.features.mode {
+    let band = job.exact_band.unwrap_or(match job.features.mode {
         Mode::Distance => f32::INFINITY,
         // A pixel is entirely inside or outside if the surface is more than the pixel's size away.
         _ => 4.0 * frame.half_pixel_size * (frame.samples as f32).sqrt(),

@@ -4,12 +4,12 @@ use crate::scenes::{
     EVERYTHING, PAINTED, constants, cpu, drawn, drawn_as, gpu, interp, loaded, module, module_of,
     program, with_params,
 };
+use sdfc_runtime::comparison::compare_engines;
 use sdfc_runtime::engine::{Engine, EngineKind, SceneInput, open_on};
 use sdfc_runtime::render::{
     CellMode, Mode, Normals, Occlusion, RenderSettings, ResolvedLens, View,
 };
 use sdfc_runtime::settings::Overrides;
-use sdfc_runtime::verify::verify;
 use sdfc_shaders::assemble::SceneSource;
 use sdfc_vm::bounds::Bounds;
 use sdfc_vm::evaluate::evaluate_f64;
@@ -24,7 +24,7 @@ fn agree(module: &mut Module, overrides: &Overrides) {
     let uniform_values = module.update(0.0);
     let settings = drawn_as(module, &uniform_values, overrides);
     let mut engines = [cpu(), interp];
-    let report = verify(&loaded(module, &uniform_values), &mut engines, &settings)
+    let report = compare_engines(&loaded(module, &uniform_values), &mut engines, &settings)
         .expect("both engines run");
     assert!(report.passed(), "{report}");
     let [a, b] = [&report.images[0], &report.images[1]];
@@ -63,7 +63,8 @@ fn compare_renders(module: &Module, view: View, occlusion: Occlusion) -> u64 {
     };
     let settings = drawn_as(module, &[], &overrides);
     let mut engines = [cpu(), interp];
-    let report = verify(&loaded(module, &[]), &mut engines, &settings).expect("both engines run");
+    let report =
+        compare_engines(&loaded(module, &[]), &mut engines, &settings).expect("both engines run");
     assert!(report.passed(), "{report}");
     let [a, b] = [&report.images[0], &report.images[1]];
     assert_eq!(a.stats.hits, b.stats.hits, "{report}");
@@ -155,7 +156,8 @@ fn plain_steps_are_the_same_on_every_engine() {
     );
     let Some(interp) = interp() else { return };
     let mut engines = [cpu(), interp];
-    let report = verify(&loaded(&module, &[]), &mut engines, &plain).expect("both engines run");
+    let report =
+        compare_engines(&loaded(&module, &[]), &mut engines, &plain).expect("both engines run");
     assert!(report.passed(), "{report}");
     let [cpu, interp] = [&report.images[0], &report.images[1]];
     assert_eq!(cpu.steps, image.steps);
@@ -360,7 +362,7 @@ fn scene_surface(p: vec3f, n: vec3f) -> Surface {{
     };
     let mut engines = [cpu(), open_on(EngineKind::Wgsl, gpu)];
     let settings = drawn(&scene, &uniform_values);
-    let report = verify(&loaded, &mut engines, &settings).expect("both engines run");
+    let report = compare_engines(&loaded, &mut engines, &settings).expect("both engines run");
     assert!(report.passed(), "{report}");
     assert!(report.images[0].id.contains(&1) && report.images[0].id.contains(&3));
 }
@@ -398,7 +400,8 @@ fn a_march_longer_than_any_loop_may_be() {
     let Some(interp) = interp() else { return };
     let settings = drawn(&scene, &[]);
     let mut engines = [cpu(), interp];
-    let report = verify(&loaded(&scene, &[]), &mut engines, &settings).expect("both engines run");
+    let report =
+        compare_engines(&loaded(&scene, &[]), &mut engines, &settings).expect("both engines run");
     assert!(report.passed(), "{report}");
     let longest = report.images[1].steps.iter().max().copied().unwrap_or(0);
     assert!(

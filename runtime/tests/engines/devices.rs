@@ -2,12 +2,12 @@
 //! the CPU unless it was requested by name.
 
 use crate::scenes::{cpu, drawn, gpu, loaded, module};
+use sdfc_runtime::comparison::compare;
 use sdfc_runtime::engine::{
     Engine, EngineError, EngineKind, FieldSample, SceneInput, open_auto, open_on, with_fallback,
 };
 use sdfc_runtime::gpu::{AdapterPreference, DeviceKind, DeviceLimits, Gpu, GpuError};
 use sdfc_runtime::render::{CellMode, Image, RenderProgress, RenderSettings, Samples};
-use sdfc_runtime::verify::compare;
 use sdfc_shaders::marching::MAX_SECANT_STEPS;
 use sdfc_vm::program::Module;
 use std::time::Duration;

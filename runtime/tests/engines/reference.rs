@@ -322,7 +322,7 @@ fn the_engine_draws_the_truth() {
     // Equals the image of the CPU engine, except for edges.
     let report = {
         let mut engines = [cpu(), engine];
-        sdfc_runtime::verify::verify(&loaded(&module, &[]), &mut engines, &settings)
+        sdfc_runtime::comparison::compare_engines(&loaded(&module, &[]), &mut engines, &settings)
     };
     let report = report.expect("both draw");
     let differences = &report.comparisons[0].picture;

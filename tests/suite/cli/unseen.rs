@@ -1,7 +1,7 @@
 //! Messages about pictures that show nothing, or not the whole scene.
 
 use super::sandbox::Sandbox;
-use crate::metamorphic::draw::{DrawOptions, frame};
+use crate::metamorphic::draw::{DrawOptions, image};
 use sdfc_compiler::passes::PassOptions;
 use sdfc_runtime::engine::{EngineKind, open};
 use sdfc_runtime::render::CellMode;
@@ -192,7 +192,7 @@ fn fields_too_steep_to_march_are_drawn_and_reported() {
         cells: CellMode::Auto,
         scale: 1.0,
     };
-    let frame = frame(&mut *engine, STEEP, &options).expect("it compiles");
+    let image = image(&mut *engine, STEEP, &options).expect("it compiles");
     // The sphere fills 60 to 90 % of the height.
-    assert!(frame.stats.hits > 1000, "{:?}", frame.stats);
+    assert!(image.stats.hits > 1000, "{:?}", image.stats);
 }

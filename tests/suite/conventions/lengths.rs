@@ -11,8 +11,12 @@ const MAX_FUNCTION_LINES: usize = 100;
 /// Longer functions that remain: path, name, and a number of lines that none may exceed. None may be added.
 const REMAINING: [(&str, &str, usize); 21] = [
     ("compiler/src/compile.rs", "compile_with", 146),
-    ("compiler/src/cutters.rs", "extend_cutter", 125),
-    ("compiler/src/cutters/live.rs", "extent_on_side", 128),
+    ("compiler/src/cutter_extension.rs", "extend_cutter", 125),
+    (
+        "compiler/src/cutter_extension/live.rs",
+        "extent_on_side",
+        128,
+    ),
     (
         "compiler/src/elaborate/arguments.rs",
         "mismatch_diagnostic",
@@ -39,7 +43,7 @@ const REMAINING: [(&str, &str, usize); 21] = [
     ("shaders/src/interpreter/tape.rs", "emit_clause", 144),
     ("shaders/src/kernels/occlusion.wgsl", "main", 104),
     ("shaders/src/kernels/shadow.wgsl", "main", 316),
-    ("shaders/src/marching.rs", "march_step", 118),
+    ("shaders/src/marching.rs", "march_step", 117),
     ("src/command/info.rs", "page", 102),
     ("trials/src/programs.rs", "program", 103),
     ("vm/src/tape/evaluator.rs", "run", 114),

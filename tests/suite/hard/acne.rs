@@ -30,7 +30,7 @@ fn a_lit_plane_has_no_specks_at_any_offset() {
             }
             let [with, without] =
                 [&lit, &unshadowed].map(|settings| drawn(&shot, EngineKind::Cpu, settings));
-            let hits = |frame: &Image| frame.depth.iter().filter(|t| t.is_finite()).count();
+            let hits = |image: &Image| image.depth.iter().filter(|t| t.is_finite()).count();
             assert!(hits(&with) > 1000, "the plane is in the picture");
             let specks = (0..with.color.len()).filter(|&i| {
                 let channels = with.color[i].iter().zip(without.color[i]);

@@ -43,7 +43,7 @@ pub(super) struct Measured {
     pub(super) steps: f64,
     /// The smooth pixel with the largest depth error.
     worst: [usize; 2],
-    pub(super) frame: Image,
+    pub(super) image: Image,
 }
 
 impl fmt::Display for Measured {
@@ -169,25 +169,25 @@ pub(super) fn measured(shot: &Shot, kind: EngineKind, cells: CellMode) -> Measur
         cells,
         ..shot.settings.clone()
     };
-    let frame = drawn(shot, kind, &settings);
-    let steps: u64 = frame.steps.iter().map(|&n| u64::from(n)).sum();
+    let image = drawn(shot, kind, &settings);
+    let steps: u64 = image.steps.iter().map(|&n| u64::from(n)).sum();
     let depth_error = |&index: &usize| match shot.truth().rays[index].depth {
         Some(t) if shot.truth().places[index] == PixelClass::Smooth => {
-            (f64::from(frame.depth[index]) - t).abs() / t
+            (f64::from(image.depth[index]) - t).abs() / t
         }
         _ => 0.0,
     };
-    let pixels = 0..frame.depth.len();
+    let pixels = 0..image.depth.len();
     let worst = pixels
         .max_by(|a, b| depth_error(a).total_cmp(&depth_error(b)))
         .unwrap_or(0);
     Measured {
-        worst: [worst % frame.width, worst / frame.width],
+        worst: [worst % image.width, worst / image.width],
         name: shot.name.clone(),
         kind,
         cells,
-        errors: compare(shot.truth(), &frame),
-        steps: steps as f64 / frame.steps.len() as f64,
-        frame,
+        errors: compare(shot.truth(), &image),
+        steps: steps as f64 / image.steps.len() as f64,
+        image,
     }
 }

@@ -17,7 +17,7 @@ fn a_scene_is_the_same_picture_at_all_scales() {
     };
     let unit_shot = shot_at_scale("1");
     for cells in [CellMode::Never, CellMode::Always] {
-        let original = measured(&unit_shot, EngineKind::Cpu, cells).frame;
+        let original = measured(&unit_shot, EngineKind::Cpu, cells).image;
         for scale in ["0.0001", "0.01", "128", "10000", "1000000"] {
             let shot = shot_at_scale(scale);
             let measured = measured(&shot, EngineKind::Cpu, cells);
@@ -32,9 +32,9 @@ fn a_scene_is_the_same_picture_at_all_scales() {
             assert!(e.normals.p99 <= DEFAULT_LIMIT.normals, "{measured}");
             let (mut differing_hits, mut differing_colors) = (0, 0);
             for (i, place) in unit_shot.truth().places.iter().enumerate() {
-                let (a, b) = (original.color[i], measured.frame.color[i]);
+                let (a, b) = (original.color[i], measured.image.color[i]);
                 let differences = a.iter().zip(b).map(|(a, b)| (a - b).abs());
-                differing_hits += usize::from(original.status[i] != measured.frame.status[i]);
+                differing_hits += usize::from(original.status[i] != measured.image.status[i]);
                 let is_smooth = *place == sdfc_runtime::reference::PixelClass::Smooth;
                 differing_colors += usize::from(
                     is_smooth && differences.fold(0.0, f32::max) > MAX_COLOR_DIFFERENCE,

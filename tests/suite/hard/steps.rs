@@ -68,7 +68,7 @@ fn rays_that_run_out_of_steps_are_counted() {
     for cells in [CellMode::Never, CellMode::Always] {
         let measured = measured(&shot, EngineKind::Cpu, cells);
         measured.print();
-        let stats = measured.frame.stats;
+        let stats = measured.image.stats;
         assert!(stats.step_caps > 0, "{stats:?}");
         assert_eq!(stats.step_caps, measured.errors.step_caps as u64);
         assert_eq!(stats.rays(), measured.errors.pixels as u64, "{stats:?}");

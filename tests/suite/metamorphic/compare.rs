@@ -55,19 +55,19 @@ impl Differences {
 
 impl Picture {
     /// Prepares the picture of a scene scaled by `scale`.
-    pub(crate) fn new(frame: &Image, scale: f64) -> Self {
+    pub(crate) fn new(image: &Image, scale: f64) -> Self {
         let mut picture = Self {
-            width: frame.width,
-            height: frame.height,
-            bytes: frame.rgba8(),
-            depth: frame.depth.iter().map(|&t| t / scale as f32).collect(),
+            width: image.width,
+            height: image.height,
+            bytes: image.rgba8(),
+            depth: image.depth.iter().map(|&t| t / scale as f32).collect(),
             edges: Vec::new(),
-            lost: frame.stats.step_caps + frame.stats.nans,
+            lost: image.stats.step_caps + image.stats.nans,
         };
         let is_edge = |pixel: usize| {
             picture
                 .neighbours(pixel, 1)
-                .any(|neighbour| picture.is_edge_between(frame, pixel, neighbour))
+                .any(|neighbour| picture.is_edge_between(image, pixel, neighbour))
         };
         let edge_pixels: Vec<bool> = (0..picture.depth.len()).map(is_edge).collect();
         picture.edges = (0..edge_pixels.len())
@@ -97,15 +97,15 @@ impl Picture {
     }
 
     /// Reports whether an edge lies between two pixels.
-    fn is_edge_between(&self, frame: &Image, a: usize, b: usize) -> bool {
-        if self.is_hit(a) != self.is_hit(b) || frame.id[a] != frame.id[b] {
+    fn is_edge_between(&self, image: &Image, a: usize, b: usize) -> bool {
+        if self.is_hit(a) != self.is_hit(b) || image.id[a] != image.id[b] {
             return true;
         }
         if difference(self.color(a), self.color(b)) >= MIN_CONTRAST {
             return true;
         }
         let (s, t) = (self.depth[a], self.depth[b]);
-        let [n, m] = [a, b].map(|pixel| Vec3::from(frame.normal[pixel]));
+        let [n, m] = [a, b].map(|pixel| Vec3::from(image.normal[pixel]));
         let cosine = n.dot(m);
         self.is_hit(a) && ((s - t).abs() > MIN_DEPTH_STEP * s.min(t) || cosine < MIN_CREASE_COSINE)
     }

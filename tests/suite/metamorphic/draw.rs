@@ -26,12 +26,12 @@ pub(super) fn draw(
     text: &str,
     options: &DrawOptions,
 ) -> Result<Picture, String> {
-    let frame = frame(engine, text, options)?;
-    Ok(Picture::new(&frame, options.scale))
+    let image = image(engine, text, options)?;
+    Ok(Picture::new(&image, options.scale))
 }
 
 /// Draws a text; fails with the diagnostics of an invalid scene.
-pub(crate) fn frame(
+pub(crate) fn image(
     engine: &mut dyn Engine,
     text: &str,
     options: &DrawOptions,

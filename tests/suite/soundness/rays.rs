@@ -46,18 +46,18 @@ fn rays_through_cells_end_on_surfaces() {
                 ..Overrides::default()
             };
             let settings = resolve(module, &uniform_values, &overrides).expect("it has settings");
-            let frame = engine.render(&settings, &|_| {}).expect("it is drawn");
+            let image = engine.render(&settings, &|_| {}).expect("it is drawn");
             let camera = ReferenceCamera::new(&settings);
             let ResolvedLens::Perspective(angle) = settings.view.lens else {
                 panic!("a scene's own camera")
             };
-            for (at, status) in frame.status.iter().enumerate() {
+            for (at, status) in image.status.iter().enumerate() {
                 if *status != Status::Hit {
                     continue;
                 }
-                let pixel = [at % frame.width, at / frame.width];
+                let pixel = [at % image.width, at / image.width];
                 let ray = camera.ray(pixel.map(|v| v as f64), [0.0; 2]);
-                let depth = f64::from(frame.depth[at]);
+                let depth = f64::from(image.depth[at]);
                 let [x, y, z] = [0, 1, 2].map(|i| ray.origin[i] + depth * ray.direction[i]);
                 let found = gradient::<f64>(&module.distance, V3::new(x, y, z));
                 let off = found.value.abs() / found.gradient.length();

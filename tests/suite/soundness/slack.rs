@@ -229,11 +229,11 @@ fn assert_filling_visible(text: &str) {
         };
         let settings =
             resolve(&compiled.module, &uniform_values, &overrides).expect("it has settings");
-        let frame = engine.render(&settings, &|_| {}).expect("it is drawn");
+        let image = engine.render(&settings, &|_| {}).expect("it is drawn");
         let camera = ReferenceCamera::new(&settings);
         let mut seen = 0;
-        for at in 0..frame.status.len() {
-            let pixel = [at % frame.width, at / frame.width].map(|v| v as f64);
+        for at in 0..image.status.len() {
+            let pixel = [at % image.width, at / image.width].map(|v| v as f64);
             let ray = camera.ray(pixel, [0.0; 2]);
             let way = (0.5 - ray.origin[1]) / ray.direction[1];
             let [x, _, z] = [0, 1, 2].map(|i| ray.origin[i] + way * ray.direction[i]);
@@ -241,12 +241,12 @@ fn assert_filling_visible(text: &str) {
                 continue;
             }
             seen += 1;
-            let [red, _, blue, _] = frame.color[at];
-            let up = frame.normal[at][1];
+            let [red, _, blue, _] = image.color[at];
+            let up = image.normal[at][1];
             assert!(
                 blue > 0.9 && red < 0.1 && up > 0.9999,
                 "at {x}, {z} from {from:?}: red {red}, blue {blue}, a normal of {:?}",
-                frame.normal[at]
+                image.normal[at]
             );
         }
         assert!(seen > 100, "{seen} pixels of the filling");
@@ -293,21 +293,21 @@ fn no_seams_show_between_bricks() {
         };
         let settings =
             resolve(&compiled.module, &uniform_values, &overrides).expect("it has settings");
-        let frame = engine.render(&settings, &|_| {}).expect("it is drawn");
+        let image = engine.render(&settings, &|_| {}).expect("it is drawn");
         let camera = ReferenceCamera::new(&settings);
         let (mut seen, mut wrong) = (0, Vec::new());
-        for at in 0..frame.status.len() {
-            let pixel = [at % frame.width, at / frame.width].map(|v| v as f64);
+        for at in 0..image.status.len() {
+            let pixel = [at % image.width, at / image.width].map(|v| v as f64);
             let ray = camera.ray(pixel, [0.0; 2]);
             let way = (100_002.0 - ray.origin[1]) / ray.direction[1];
             let place = [0, 2].map(|i| ray.origin[i] + way * ray.direction[i]);
             let aside = [place[0] - 250_000.0, place[1] - 3_000.0];
             // Excludes the rims of the wall and rays that continued into a seam.
-            let is_on_top = (f64::from(frame.depth[at]) - way).abs() < 0.1;
+            let is_on_top = (f64::from(image.depth[at]) - way).abs() < 0.1;
             if is_on_top && aside.iter().all(|v| (-2.0..57.0).contains(v)) {
                 seen += 1;
-                if frame.normal[at][1] < 0.99 {
-                    wrong.push((aside, frame.normal[at]));
+                if image.normal[at][1] < 0.99 {
+                    wrong.push((aside, image.normal[at]));
                 }
             }
         }

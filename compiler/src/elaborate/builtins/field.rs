@@ -3,8 +3,8 @@
 use crate::analysis::extent::extent;
 use crate::elaborate::Elaborator;
 use crate::elaborate::angles;
+use crate::elaborate::argument_conversion::BoundArgs;
 use crate::elaborate::arguments::count_noun;
-use crate::elaborate::bound_args::BoundArgs;
 use crate::elaborate::constness::Demand;
 use crate::elaborate::display::format_short;
 use crate::elaborate::numbers::{Form, components};

@@ -1,8 +1,8 @@
 //! Lists at compile time: iteration, selection and concatenation. Also `print` and `assert`.
 
 use crate::elaborate::Elaborator;
+use crate::elaborate::argument_conversion::BoundArgs;
 use crate::elaborate::arguments::Invocation;
-use crate::elaborate::bound_args::BoundArgs;
 use crate::elaborate::constness::Demand;
 use crate::elaborate::display::format_short;
 use crate::elaborate::elements::MAX_LOOP;

@@ -11,7 +11,7 @@
 mod quotient;
 
 use crate::elaborate::Elaborator;
-use crate::elaborate::bound_args::BoundArgs;
+use crate::elaborate::argument_conversion::BoundArgs;
 use crate::elaborate::value::{EvalResult, Value};
 use crate::expression::ExprId;
 use crate::formula::Formula;

@@ -1,7 +1,7 @@
 //! Built-in functions that are an operation of the table: shapes, and modifications of a shape.
 
 use crate::elaborate::Elaborator;
-use crate::elaborate::bound_args::BoundArgs;
+use crate::elaborate::argument_conversion::BoundArgs;
 use crate::elaborate::value::Value;
 use crate::expression::ExprId;
 use crate::scene::ShapeKind;

@@ -4,7 +4,7 @@
 use crate::analysis::bounds::inverse;
 use crate::analysis::symmetry::Symmetries;
 use crate::elaborate::Elaborator;
-use crate::elaborate::bound_args::BoundArgs;
+use crate::elaborate::argument_conversion::BoundArgs;
 use crate::elaborate::display::format_short;
 use crate::elaborate::value::{EvalResult, Value};
 use crate::expression::ExprId;

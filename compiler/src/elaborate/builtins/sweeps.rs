@@ -1,7 +1,7 @@
 //! Elongation, twists, revolution and sections of shapes, and conversions between 2-D and 3-D.
 
 use crate::elaborate::Elaborator;
-use crate::elaborate::bound_args::BoundArgs;
+use crate::elaborate::argument_conversion::BoundArgs;
 use crate::elaborate::shapes::shape_value;
 use crate::elaborate::value::{EvalResult, Value};
 use crate::expression::ExprId;

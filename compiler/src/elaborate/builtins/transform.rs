@@ -4,7 +4,7 @@
 //! axis matters, the shape gets a frame that maps y to the up axis.
 
 use crate::elaborate::Elaborator;
-use crate::elaborate::bound_args::BoundArgs;
+use crate::elaborate::argument_conversion::BoundArgs;
 use crate::elaborate::numbers::{Form, components};
 use crate::elaborate::value::{EvalResult, Quantity, ScalarValue, Value};
 use crate::expression::{ExprId, Stage};

@@ -1,4 +1,4 @@
-//! Frames: affine maps of points by constant numbers, composed, and recognized in coordinate
+//! Transforms: affine maps of points by constant numbers, composed, and recognized in coordinate
 //! expressions.
 
 use crate::graph::{Graph, GraphNode, GraphNumber, NodeId};
@@ -13,7 +13,7 @@ const IDENTITY: MapRows = [
     [0.0, 0.0, 1.0, 0.0],
 ];
 
-/// Reports for each point whether it may become a frame. A point under a frame with parameter-dependent
+/// Reports for each point whether it may become a transform. A point under a transform with parameter-dependent
 /// numbers may not, since the two could not be composed.
 pub(super) fn composable(graph: &Graph) -> Vec<bool> {
     let mut composable = vec![true; graph.len()];
@@ -27,11 +27,15 @@ pub(super) fn composable(graph: &Graph) -> Vec<bool> {
     composable
 }
 
-/// Returns the simplest node that maps points as this one does: one frame for two, a shift for a map
+/// Returns the simplest node that maps points as this one does: one transform for two, a shift for a map
 /// that only shifts. `None` if the node is already the simplest.
 ///
 /// Composed numbers are rounded once instead of twice; all other changes keep every bit.
-pub(super) fn simplified(graph: &Graph, node: &GraphNode, may_be_frame: bool) -> Option<GraphNode> {
+pub(super) fn simplified(
+    graph: &Graph,
+    node: &GraphNode,
+    may_be_transform: bool,
+) -> Option<GraphNode> {
     let (point, rows) = match node {
         GraphNode::Moved { point, .. } | GraphNode::Mapped { point, .. } => {
             (*point, constant_matrix(node)?)
@@ -40,14 +44,14 @@ pub(super) fn simplified(graph: &Graph, node: &GraphNode, may_be_frame: bool) ->
             op: Op::MakePoint,
             values,
             ..
-        } if may_be_frame => matrix_from_coordinates(graph, values)?,
+        } if may_be_transform => matrix_from_coordinates(graph, values)?,
         _ => return None,
     };
     let (point, rows) = match (graph.get(point), constant_matrix(graph.get(point))) {
         (GraphNode::Moved { point, .. } | GraphNode::Mapped { point, .. }, Some(outer)) => {
             (*point, compose(&rows, &outer))
         }
-        // The base point of a frame is no frame.
+        // The base point of a transform is no transform.
         (GraphNode::Moved { .. } | GraphNode::Mapped { .. }, None) => return None,
         _ => (point, rows),
     };
@@ -67,7 +71,7 @@ pub(super) fn simplified(graph: &Graph, node: &GraphNode, may_be_frame: bool) ->
     (simple != *node).then_some(simple)
 }
 
-/// Returns the matrix of a frame with constant numbers.
+/// Returns the matrix of a transform with constant numbers.
 fn constant_matrix(node: &GraphNode) -> Option<MapRows> {
     let constant = |n: GraphNumber| match n {
         GraphNumber::Constant(v) => Some(f64::from(v)),
@@ -101,7 +105,7 @@ fn compose(inner: &MapRows, outer: &MapRows) -> MapRows {
 }
 
 /// Returns the matrix of three coordinate expressions. Each is a coordinate of the same point, with an
-/// optional factor and shift: forms that round as a frame does.
+/// optional factor and shift: forms that round as a transform does.
 fn matrix_from_coordinates(graph: &Graph, values: &[NodeId]) -> Option<(NodeId, MapRows)> {
     let mut rows = [[0.0; 4]; 3];
     let mut from = None;

@@ -44,13 +44,13 @@ fn leaves_are_the_same_on_every_engine() {
             continue;
         };
         engine.load(&scene).expect("loads");
-        let frame = engine.render(&fixture.settings, &|_| {}).expect("draws");
-        let pairs = expected.id.iter().zip(&frame.id);
+        let image = engine.render(&fixture.settings, &|_| {}).expect("draws");
+        let pairs = expected.id.iter().zip(&image.id);
         let equal = pairs.filter(|(a, b)| a == b).count();
         assert!(
-            equal + 4 >= frame.id.len(),
+            equal + 4 >= image.id.len(),
             "{kind}: {equal} of {}",
-            frame.id.len()
+            image.id.len()
         );
         let samples = engine.query(&query_points.points).expect("answers");
         let pairs = query_points.pixels.iter().zip(&samples);

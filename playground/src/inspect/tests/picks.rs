@@ -3,8 +3,8 @@
 use super::*;
 use crate::inspect::pick::{Pick, PickContext, PixelHit, describe};
 
-fn pick(fixture: &mut Fixture, frame: &Image, pixel: [u32; 2]) -> Option<Pick> {
-    let hit = PixelHit::from_image(frame, &fixture.settings, pixel)?;
+fn pick(fixture: &mut Fixture, image: &Image, pixel: [u32; 2]) -> Option<Pick> {
+    let hit = PixelHit::from_image(image, &fixture.settings, pixel)?;
     let point = [hit.point()?];
     let sample = fixture.engine.query(&point).expect("the CPU answers")[0];
     let leaf = fixture.leaves.query(&point).expect("the CPU answers")[0];
@@ -36,10 +36,10 @@ fn showing(x: f64, y: f64) -> [u32; 2] {
 #[test]
 fn each_sphere_is_picked_as_its_line_of_the_text() {
     let mut fixture = Fixture::new(SPHERES, [160, 90]);
-    let frame = fixture.frame();
+    let image = fixture.image();
     let picks: Vec<Pick> = [-3.0, 0.0, 3.0]
         .into_iter()
-        .filter_map(|x| pick(&mut fixture, &frame, showing(x, 0.0)))
+        .filter_map(|x| pick(&mut fixture, &image, showing(x, 0.0)))
         .collect();
     let lines: Vec<String> = picks.iter().map(|p| p.origins[0].to_string()).collect();
     assert_eq!(
@@ -71,13 +71,13 @@ fn each_sphere_is_picked_as_its_line_of_the_text() {
 #[test]
 fn the_sky_is_no_pick() {
     let mut fixture = Fixture::new(SPHERES, [160, 90]);
-    let frame = fixture.frame();
-    assert_eq!(pick(&mut fixture, &frame, [2, 2]), None);
+    let image = fixture.image();
+    assert_eq!(pick(&mut fixture, &image, [2, 2]), None);
     let hit =
-        PixelHit::from_image(&frame, &fixture.settings, [2, 2]).expect("a pixel of the picture");
+        PixelHit::from_image(&image, &fixture.settings, [2, 2]).expect("a pixel of the picture");
     assert_eq!((hit.distance, hit.point()), (None, None));
     assert_eq!(
-        PixelHit::from_image(&frame, &fixture.settings, [160, 0]),
+        PixelHit::from_image(&image, &fixture.settings, [160, 0]),
         None
     );
 }
@@ -87,11 +87,11 @@ fn a_pixel_is_what_its_ray_ended_on() {
     // With several samples per pixel, an image describes the first one, which is off-centre.
     let mut fixture = Fixture::new(SPHERES, [160, 90]);
     fixture.settings.aa = 3;
-    let frame = fixture.frame();
+    let image = fixture.image();
     let mut hits = 0;
     for row in (0..90).step_by(7) {
         for column in (0..160).step_by(7) {
-            let Some(picks) = pick(&mut fixture, &frame, [column, row]) else {
+            let Some(picks) = pick(&mut fixture, &image, [column, row]) else {
                 continue;
             };
             hits += 1;
@@ -108,10 +108,10 @@ fn in_a_blend_the_nearer_one_made_it() {
          sphere(1).translate(-0.8, 0, 0) |[0.5] sphere(1).translate(0.8, 0, 0)",
         [160, 90],
     );
-    let frame = fixture.frame();
+    let image = fixture.image();
     let [y, mut sides] = [45, 0];
     for x in 0..160 {
-        let Some(picks) = pick(&mut fixture, &frame, [x, y]) else {
+        let Some(picks) = pick(&mut fixture, &image, [x, y]) else {
             continue;
         };
         if picks.point[0].abs() > 0.01 {
@@ -130,19 +130,19 @@ fn a_hole_was_made_by_what_cut_it() {
          box(3) - sphere(1).translate(0, 0, 1.5)",
         [160, 90],
     );
-    let frame = fixture.frame();
-    let hole = pick(&mut fixture, &frame, [80, 45]).expect("hits");
+    let image = fixture.image();
+    let hole = pick(&mut fixture, &image, [80, 45]).expect("hits");
     assert_eq!(hole.origins[0].text, "sphere(1)");
     assert!((hole.point[2] - 0.5).abs() < 1e-2, "{hole}");
-    let face = pick(&mut fixture, &frame, showing(1.2, 1.2)).expect("hits");
+    let face = pick(&mut fixture, &image, showing(1.2, 1.2)).expect("hits");
     assert_eq!(face.origins[0].text, "box(3)");
 }
 
 #[test]
 fn a_2d_shape_is_picked_beside_it_too() {
     let mut fixture = Fixture::new("circle(1) | rect(1).translate(2, 0)", [64, 64]);
-    let frame = fixture.frame();
-    let corner = pick(&mut fixture, &frame, [0, 0]).expect("the plane");
+    let image = fixture.image();
+    let corner = pick(&mut fixture, &image, [0, 0]).expect("the plane");
     assert!(corner.field > 0.0 && corner.point[2] == 0.0, "{corner}");
     assert!(!corner.origins.is_empty());
 }

@@ -22,12 +22,12 @@ fn level(front: FrontSurfaces) -> Slice {
 #[test]
 fn sampled_points_lie_on_the_plane_and_before_the_surface() {
     let mut fixture = Fixture::new(SPHERE, [160, 90]);
-    let frame = fixture.frame();
+    let image = fixture.image();
     let visible = level(FrontSurfaces::Opaque)
-        .visible_part(&frame, &fixture.settings)
+        .visible_part(&image, &fixture.settings)
         .query_points;
     let translucent = level(FrontSurfaces::Ghost)
-        .visible_part(&frame, &fixture.settings)
+        .visible_part(&image, &fixture.settings)
         .query_points;
     assert!(visible.points.len() > 1000, "{}", visible.points.len());
     for &[x, y, z] in &translucent.points {
@@ -54,8 +54,8 @@ fn the_bold_line_is_where_the_field_is_zero_and_as_wide_from_all_sides() {
     for from in ["[0, 6, 0.1]", "[0, 1.2, 5]", "[3, 2, -4]"] {
         let text = format!("camera {{ from: {from}, look: [0, 0, 0], fov: 40deg }}\nsphere(1)");
         let mut fixture = Fixture::new(&text, [320, 180]);
-        let frame = fixture.frame();
-        let cut = level(FrontSurfaces::Ghost).visible_part(&frame, &fixture.settings);
+        let image = fixture.image();
+        let cut = level(FrontSurfaces::Ghost).visible_part(&image, &fixture.settings);
         let samples = fixture.sample(&cut.query_points);
         let mut picture = vec![255; 320 * 180 * 4];
         cut.draw(&mut picture, &samples);
@@ -116,19 +116,19 @@ fn colours_are_those_of_the_mode_distance() {
         lens: ResolvedLens::Orthographic(2.4),
     };
     fixture.settings.far = 20.0;
-    let frame = fixture.frame();
+    let image = fixture.image();
     let slice = Slice {
         point: [0.0; 3],
         normal: [0.0, 0.0, 1.0],
         half_side: None,
         front: FrontSurfaces::Ghost,
     };
-    let cut = slice.visible_part(&frame, &fixture.settings);
+    let cut = slice.visible_part(&image, &fixture.settings);
     let samples = fixture.sample(&cut.query_points);
     fixture.settings.mode = Mode::Distance;
-    let mode = fixture.frame().rgba8();
+    let mode = fixture.image().rgba8();
     // Drawn over its own colour, without surfaces in front, the slice leaves the colour unchanged.
-    let mut empty = frame.clone();
+    let mut empty = image.clone();
     empty.depth.fill(f32::INFINITY);
     let cut = slice.visible_part(&empty, &fixture.settings);
     let mut picture = mode.clone();
@@ -148,12 +148,12 @@ fn constant_fields_have_no_lines() {
     for height in [0.5, 0.0] {
         let text = "camera { from: [0, 3, 6], look: [0, 0.5, 0], fov: 40deg }\nplane(Y)";
         let mut fixture = Fixture::new(text, [80, 45]);
-        let frame = fixture.frame();
+        let image = fixture.image();
         let slice = Slice {
             point: [0.0, height, 0.0],
             ..level(FrontSurfaces::Ghost)
         };
-        let cut = slice.visible_part(&frame, &fixture.settings);
+        let cut = slice.visible_part(&image, &fixture.settings);
         let samples = fixture.sample(&cut.query_points);
         let mut picture = vec![255; 80 * 45 * 4];
         cut.draw(&mut picture, &samples);
@@ -175,13 +175,13 @@ fn constant_fields_have_no_lines() {
 fn a_plane_that_lies_in_a_surface_is_seen() {
     let text = "camera { from: [0, 3, 6], look: [0, 0.5, 0], fov: 40deg }\nplane(Y, at: -0.7)";
     let mut fixture = Fixture::new(text, [80, 45]);
-    let frame = fixture.frame();
+    let image = fixture.image();
     let floor = |front| Slice {
         point: [0.0, -0.7, 0.0],
         ..level(front)
     };
-    let hides = floor(FrontSurfaces::Opaque).visible_part(&frame, &fixture.settings);
-    let translucent = floor(FrontSurfaces::Ghost).visible_part(&frame, &fixture.settings);
+    let hides = floor(FrontSurfaces::Opaque).visible_part(&image, &fixture.settings);
+    let translucent = floor(FrontSurfaces::Ghost).visible_part(&image, &fixture.settings);
     assert_eq!(hides, translucent);
     assert!(translucent.query_points.points.len() > 500);
 }
@@ -189,8 +189,8 @@ fn a_plane_that_lies_in_a_surface_is_seen() {
 #[test]
 fn a_slice_of_a_2d_shape_is_its_plane() {
     let mut fixture = Fixture::new("circle(1)", [64, 64]);
-    let frame = fixture.frame();
-    let cut = level(FrontSurfaces::Opaque).visible_part(&frame, &fixture.settings);
+    let image = fixture.image();
+    let cut = level(FrontSurfaces::Opaque).visible_part(&image, &fixture.settings);
     assert_eq!(cut.query_points.pixels.len(), 64 * 64);
     let samples = fixture.sample(&cut.query_points);
     for (&[x, y, z], sample) in cut.query_points.points.iter().zip(&samples) {
@@ -202,22 +202,22 @@ fn a_slice_of_a_2d_shape_is_its_plane() {
 #[test]
 fn nothing_panics_where_lists_are_too_short() {
     let mut fixture = Fixture::new(SPHERE, [32, 18]);
-    let mut frame = fixture.frame();
-    frame.depth.truncate(10);
-    frame.id.truncate(3);
-    frame.steps.clear();
-    let cut = level(FrontSurfaces::Opaque).visible_part(&frame, &fixture.settings);
+    let mut image = fixture.image();
+    image.depth.truncate(10);
+    image.id.truncate(3);
+    image.steps.clear();
+    let cut = level(FrontSurfaces::Opaque).visible_part(&image, &fixture.settings);
     let mut picture = vec![0; 101];
     cut.draw(&mut picture, &[FieldSample::default(); 4]);
     let classes = slopes::classify_slopes(&cut.query_points, &[FieldSample::default(); 4], 0);
     classes.draw(&mut picture, &cut.query_points);
     cells::draw(&mut picture, 0, &cut.query_points, &[None; 5], 0, true);
-    objects::outline(&mut picture, &frame, 1);
-    objects::draw(&frame, &fixture.settings, Some(1));
-    steps::draw(&frame);
-    assert_eq!(objects::leaf_at(&frame, [31, 17]), 0);
+    objects::outline(&mut picture, &image, 1);
+    objects::draw(&image, &fixture.settings, Some(1));
+    steps::draw(&image);
+    assert_eq!(objects::leaf_at(&image, [31, 17]), 0);
     assert_eq!(
-        pick::PixelHit::from_image(&frame, &fixture.settings, [31, 17]),
+        pick::PixelHit::from_image(&image, &fixture.settings, [31, 17]),
         None
     );
     fade(&mut picture);
@@ -229,7 +229,7 @@ fn nothing_panics_where_lists_are_too_short() {
     };
     assert!(
         nowhere
-            .visible_part(&frame, &fixture.settings)
+            .visible_part(&image, &fixture.settings)
             .query_points
             .points
             .is_empty()

@@ -30,9 +30,9 @@ fn a_stated_slope_that_does_not_hold_is_marked_where_it_does_not() {
     // The compiler samples no point in a slice this thin.
     let steep_on_the_right = stating("2 + step(0, p.x) * step(abs(p.z), 1e-7)");
     let mut fixture = Fixture::new(&steep_on_the_right, [96, 96]);
-    let frame = fixture.frame();
+    let image = fixture.image();
     let query_points = upright()
-        .visible_part(&frame, &fixture.settings)
+        .visible_part(&image, &fixture.settings)
         .query_points;
     let samples = fixture.sample(&query_points);
     let classified = classify_slopes(&query_points, &samples, 96);
@@ -73,8 +73,8 @@ fn a_stated_slope_that_does_not_hold_is_marked_where_it_does_not() {
 fn valid_slopes_are_not_marked_and_slow_ones_are_counted() {
     for (steep, slow) in [("2", false), ("1.01", false), ("0.9", true)] {
         let mut fixture = Fixture::new(&stating(steep), [64, 64]);
-        let frame = fixture.frame();
-        let surface = QueryPoints::on_surface(&frame, &fixture.settings);
+        let image = fixture.image();
+        let surface = QueryPoints::on_surface(&image, &fixture.settings);
         assert!(surface.points.len() > 200, "{steep}");
         let samples = fixture.sample(&surface);
         let counts = classify_slopes(&surface, &samples, 64).counts;
@@ -99,9 +99,9 @@ fn overlap(a: &Aabb, b: &Aabb) -> bool {
 fn cells_tile_space() {
     let mut fixture = Fixture::new(ROW, [160, 90]);
     fixture.settings.cells = CellMode::Always;
-    let frame = fixture.frame();
+    let image = fixture.image();
     let query_points = upright()
-        .visible_part(&frame, &fixture.settings)
+        .visible_part(&image, &fixture.settings)
         .query_points;
     let parts = fixture
         .engine
@@ -130,7 +130,7 @@ fn cells_tile_space() {
     }
     // Cells contain one sphere, several, or none.
     assert!(kinds.len() > 2 && kinds.contains(&None), "{kinds:?}");
-    let on_surface = QueryPoints::on_surface(&frame, &fixture.settings);
+    let on_surface = QueryPoints::on_surface(&image, &fixture.settings);
     let parts = fixture
         .engine
         .cells_at(&fixture.settings, &on_surface.points);
@@ -221,26 +221,26 @@ fn objects_have_colours_of_their_own() {
 fn the_object_under_the_cursor_is_picked_out() {
     let mut fixture = Fixture::new(ROW, [160, 90]);
     let settings = fixture.settings.clone();
-    let frame = fixture.leaves.render(&settings, &|_| {}).expect("draws");
-    let shown: HashSet<u32> = frame.id.iter().copied().collect();
+    let image = fixture.leaves.render(&settings, &|_| {}).expect("draws");
+    let shown: HashSet<u32> = image.id.iter().copied().collect();
     assert_eq!(shown.len(), 10, "nine balls and nothing");
-    let leaf = objects::leaf_at(&frame, [80, 45]);
+    let leaf = objects::leaf_at(&image, [80, 45]);
     assert_eq!(leaf, 5, "the middle of nine");
-    let unpicked = objects::draw(&frame, &settings, None);
-    let picked = objects::draw(&frame, &settings, Some(leaf));
+    let unpicked = objects::draw(&image, &settings, None);
+    let picked = objects::draw(&image, &settings, Some(leaf));
     let color_at = |picture: &[u8], pixel: [usize; 2]| -> [u8; 3] {
         std::array::from_fn(|i| picture[4 * (pixel[1] * 160 + pixel[0]) + i])
     };
     let light = |[r, g, b]: [u8; 3]| u32::from(r) + u32::from(g) + u32::from(b);
     assert_eq!(color_at(&unpicked, [80, 45]), color_at(&picked, [80, 45]));
-    let other = frame.id.iter().position(|&id| id == 2).expect("seen");
+    let other = image.id.iter().position(|&id| id == 2).expect("seen");
     let other = [other % 160, other / 160 + 3];
     assert!(light(color_at(&picked, other)) < light(color_at(&unpicked, other)));
     let white = picked
         .chunks(4)
         .filter(|pixel| pixel[..3].iter().all(|&v| v > 220));
     let outline_pixels = white.count();
-    let leaf_pixels = frame.id.iter().filter(|&&id| id == leaf).count();
+    let leaf_pixels = image.id.iter().filter(|&&id| id == leaf).count();
     assert!(
         outline_pixels > 20 && outline_pixels < leaf_pixels,
         "{outline_pixels} pixels around {leaf_pixels}"
@@ -250,21 +250,21 @@ fn the_object_under_the_cursor_is_picked_out() {
 #[test]
 fn steps_fill_their_scale() {
     let mut fixture = Fixture::new(ROW, [160, 90]);
-    let frame = fixture.frame();
-    let (picture, legend) = steps::draw(&frame);
+    let image = fixture.image();
+    let (picture, legend) = steps::draw(&image);
     assert_eq!(picture.len(), 160 * 90 * 4);
     let top = legend.entries.last().expect("entries").0;
-    let above = frame.steps.iter().filter(|&&steps| steps > top).count();
+    let above = image.steps.iter().filter(|&&steps| steps > top).count();
     assert!(above <= 160 * 90 / 200, "{above}");
     assert!(top < 4 * legend.max.max(8), "{legend:?}");
-    assert_eq!(legend.max, frame.steps.iter().copied().max().unwrap_or(0));
+    assert_eq!(legend.max, image.steps.iter().copied().max().unwrap_or(0));
 }
 
 #[test]
 fn pictures_that_are_equal_have_no_difference() {
     let mut fixture = Fixture::new(ROW, [64, 36]);
-    let frame = fixture.frame();
-    let no_difference = difference::difference(&frame, &frame).expect("of one size");
+    let image = fixture.image();
+    let no_difference = difference::difference(&image, &image).expect("of one size");
     assert_eq!(no_difference.failures, [""; 0]);
     assert_eq!(
         (
@@ -275,14 +275,14 @@ fn pictures_that_are_equal_have_no_difference() {
     );
     let is_grey = |pixel: &[u8]| pixel[0] == pixel[1] && pixel[1] == pixel[2];
     assert!(no_difference.picture.chunks(4).all(is_grey));
-    let mut other = frame.clone();
-    let ball = frame.id.len() / 2 + 32;
+    let mut other = image.clone();
+    let ball = image.id.len() / 2 + 32;
     other.color[ball] = [9.0, 0.0, 0.0, 1.0];
-    let one_pixel = difference::difference(&frame, &other).expect("of one size");
+    let one_pixel = difference::difference(&image, &other).expect("of one size");
     assert_eq!(one_pixel.numbers.differing, 1);
-    let marked = (0..frame.id.len())
+    let marked = (0..image.id.len())
         .filter(|&i| one_pixel.picture[4 * i..][..4] != no_difference.picture[4 * i..][..4]);
     assert_eq!(marked.collect::<Vec<_>>(), [ball], "{one_pixel}");
     fixture.settings.size = [32, 18];
-    assert!(difference::difference(&frame, &fixture.frame()).is_none());
+    assert!(difference::difference(&image, &fixture.image()).is_none());
 }

@@ -6,7 +6,7 @@
 //! differences then give the normal.
 
 use super::{finite_differences, points_near_hit, set_lane, store_normals, tap_distance};
-use crate::cpu::lanes::repeat_first;
+use crate::cpu::ray_tasks::repeat_first;
 use crate::cpu::tile::Tile;
 use crate::cpu::{Evaluator, F32x64, LANES, Points};
 use sdfc_shaders::features::Normals;

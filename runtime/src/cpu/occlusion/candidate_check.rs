@@ -1,7 +1,7 @@
 //! Checks of occluder candidates at taps: whether a surface is as near as the field says, by the phases of
 //! [`candidate`].
 
-use super::super::lanes::{ColumnChoice, RayTask, is_nan, lanes, run_streamed};
+use super::super::ray_tasks::{ColumnChoice, RayTask, is_nan, lanes, run_streamed};
 use super::super::{Evaluator, F32x64, FieldQuantity, LANES, Points};
 use super::OcclusionTap;
 use crate::cells::Aabb;
@@ -101,31 +101,34 @@ struct CandidateChecks<'a> {
 impl RayTask for CandidateChecks<'_> {
     type Block = CheckLanes;
 
-    fn begin(&mut self, item: u32, b: &mut CheckLanes, lane: usize) -> bool {
+    fn begin(&mut self, item: u32, block: &mut CheckLanes, lane: usize) -> bool {
         let candidate = &self.candidates[item as usize];
-        b.x.0[lane] = candidate.tap.point.x;
-        b.y.0[lane] = candidate.tap.point.y;
-        b.z.0[lane] = candidate.tap.point.z;
-        b.limit.0[lane] = candidate.limit();
-        b.side.0[lane] = candidate.side;
-        b.value.0[lane] = candidate.value;
-        b.phase.0[lane] = 1.0;
-        b.round.0[lane] = 0.0;
-        b.gradient_x.0[lane] = 0.0;
-        b.gradient_y.0[lane] = 0.0;
-        b.gradient_z.0[lane] = 0.0;
-        b.offset_x.0[lane] = 0.0;
-        b.offset_y.0[lane] = 0.0;
-        b.offset_z.0[lane] = 0.0;
+        block.x.0[lane] = candidate.tap.point.x;
+        block.y.0[lane] = candidate.tap.point.y;
+        block.z.0[lane] = candidate.tap.point.z;
+        block.limit.0[lane] = candidate.limit();
+        block.side.0[lane] = candidate.side;
+        block.value.0[lane] = candidate.value;
+        block.phase.0[lane] = 1.0;
+        block.round.0[lane] = 0.0;
+        block.gradient_x.0[lane] = 0.0;
+        block.gradient_y.0[lane] = 0.0;
+        block.gradient_z.0[lane] = 0.0;
+        block.offset_x.0[lane] = 0.0;
+        block.offset_y.0[lane] = 0.0;
+        block.offset_z.0[lane] = 0.0;
         true
     }
 
     #[inline(always)]
-    fn points(&self, b: &CheckLanes, points: &mut Points) {
+    fn points(&self, block: &CheckLanes, points: &mut Points) {
         for i in 0..LANES {
-            let (point, offset, gradient) =
-                (round_point(b, i), lane_offset(b, i), lane_gradient(b, i));
-            let (phase, value, limit) = (b.phase.0[i], b.value.0[i], b.limit.0[i]);
+            let (point, offset, gradient) = (
+                round_point(block, i),
+                lane_offset(block, i),
+                lane_gradient(block, i),
+            );
+            let (phase, value, limit) = (block.phase.0[i], block.value.0[i], block.limit.0[i]);
             let p = candidate::sample_point::<f32>(point, offset, phase, value, gradient, limit);
             points[0].0[i] = p.x;
             points[1].0[i] = p.y;
@@ -134,19 +137,22 @@ impl RayTask for CandidateChecks<'_> {
     }
 
     #[inline(always)]
-    fn advance(&self, b: &mut CheckLanes, values: &F32x64, ended: &mut [bool; LANES]) {
+    fn advance(&self, block: &mut CheckLanes, values: &F32x64, ended: &mut [bool; LANES]) {
         let choice = ColumnChoice::new();
         for (i, ended) in ended.iter_mut().enumerate() {
-            let field = values.0[i] * b.side.0[i];
-            let (phase, value, limit) = (b.phase.0[i], b.value.0[i], b.limit.0[i]);
-            let (point, offset, gradient) =
-                (round_point(b, i), lane_offset(b, i), lane_gradient(b, i));
+            let field = values.0[i] * block.side.0[i];
+            let (phase, value, limit) = (block.phase.0[i], block.value.0[i], block.limit.0[i]);
+            let (point, offset, gradient) = (
+                round_point(block, i),
+                lane_offset(block, i),
+                lane_gradient(block, i),
+            );
             let is_tap = phase < 3.5;
             let tap_distance = candidate::tap_distance::<f32>(value, point, limit);
             let new_gradient =
                 candidate::add_tap::<f32>(gradient, phase, field - value, tap_distance);
             let next = candidate::next_offset::<f32>(point, offset, phase, value, gradient, limit);
-            let round = b.round.0[i];
+            let round = block.round.0[i];
             let outcome = candidate::probe_outcome::<f32>(
                 point, gradient, round, phase, value, field, offset, next, limit,
             );
@@ -161,7 +167,7 @@ impl RayTask for CandidateChecks<'_> {
             let restart_value = candidate::restart_value::<f32>(field);
             let is_nan_value = is_nan(field);
             // NaN hides nothing.
-            b.distance.0[i] = if is_nan_value {
+            block.distance.0[i] = if is_nan_value {
                 candidate::NO_SURFACE
             } else {
                 distance
@@ -170,16 +176,16 @@ impl RayTask for CandidateChecks<'_> {
                 let kept = choice.choose(!is_overshot, 0.0, old);
                 choice.choose(is_tap, new, kept)
             };
-            b.gradient_x.0[i] = gradient_part(new_gradient.x, gradient.x);
-            b.gradient_y.0[i] = gradient_part(new_gradient.y, gradient.y);
-            b.gradient_z.0[i] = gradient_part(new_gradient.z, gradient.z);
+            block.gradient_x.0[i] = gradient_part(new_gradient.x, gradient.x);
+            block.gradient_y.0[i] = gradient_part(new_gradient.y, gradient.y);
+            block.gradient_z.0[i] = gradient_part(new_gradient.z, gradient.z);
             let if_repeat = |new: f32, old: f32| choice.choose(is_repeat, new, old);
-            b.offset_x.0[i] = if_repeat(next.x, offset.x);
-            b.offset_y.0[i] = if_repeat(next.y, offset.y);
-            b.offset_z.0[i] = if_repeat(next.z, offset.z);
-            b.value.0[i] = if_repeat(restart_value, value);
-            b.round.0[i] += if is_repeat { 1.0 } else { 0.0 };
-            b.phase.0[i] = if is_tap | is_overshot {
+            block.offset_x.0[i] = if_repeat(next.x, offset.x);
+            block.offset_y.0[i] = if_repeat(next.y, offset.y);
+            block.offset_z.0[i] = if_repeat(next.z, offset.z);
+            block.value.0[i] = if_repeat(restart_value, value);
+            block.round.0[i] += if is_repeat { 1.0 } else { 0.0 };
+            block.phase.0[i] = if is_tap | is_overshot {
                 phase + 1.0
             } else {
                 1.0
@@ -188,7 +194,7 @@ impl RayTask for CandidateChecks<'_> {
         }
     }
 
-    fn end(&mut self, item: u32, b: &CheckLanes, lane: usize) {
+    fn end(&mut self, item: u32, block: &CheckLanes, lane: usize) {
         let candidate = &self.candidates[item as usize];
         let OcclusionTap {
             distance,
@@ -196,7 +202,7 @@ impl RayTask for CandidateChecks<'_> {
             weight,
             ..
         } = candidate.tap;
-        let field = b.distance.0[lane] + candidate.rounding;
+        let field = block.distance.0[lane] + candidate.rounding;
         self.hidden[candidate.item as usize] +=
             occlusion::hidden_weight(field, height, distance, weight);
     }
@@ -204,18 +210,26 @@ impl RayTask for CandidateChecks<'_> {
 
 /// Returns the point of the candidate's round in a lane.
 #[inline(always)]
-fn round_point(b: &CheckLanes, i: usize) -> V3<f32> {
-    V3::new(b.x.0[i], b.y.0[i], b.z.0[i]) + lane_offset(b, i)
+fn round_point(block: &CheckLanes, i: usize) -> V3<f32> {
+    V3::new(block.x.0[i], block.y.0[i], block.z.0[i]) + lane_offset(block, i)
 }
 
 /// Returns the part of the gradient in a lane that is measured so far.
 #[inline(always)]
-fn lane_gradient(b: &CheckLanes, i: usize) -> V3<f32> {
-    V3::new(b.gradient_x.0[i], b.gradient_y.0[i], b.gradient_z.0[i])
+fn lane_gradient(block: &CheckLanes, i: usize) -> V3<f32> {
+    V3::new(
+        block.gradient_x.0[i],
+        block.gradient_y.0[i],
+        block.gradient_z.0[i],
+    )
 }
 
 /// Returns the offset from the tap in a lane to the point of the candidate's round.
 #[inline(always)]
-fn lane_offset(b: &CheckLanes, i: usize) -> V3<f32> {
-    V3::new(b.offset_x.0[i], b.offset_y.0[i], b.offset_z.0[i])
+fn lane_offset(block: &CheckLanes, i: usize) -> V3<f32> {
+    V3::new(
+        block.offset_x.0[i],
+        block.offset_y.0[i],
+        block.offset_z.0[i],
+    )
 }

@@ -3,8 +3,8 @@
 
 use super::{LeafRays, Packet};
 use crate::cells::{Aabb, Cell};
-use crate::cpu::lanes::ColumnChoice;
 use crate::cpu::march::initial_side;
+use crate::cpu::ray_tasks::ColumnChoice;
 use crate::cpu::{F32x64, LANES, Points};
 use crate::render::ray::{camera_ray, vector};
 use sdfc_shaders::camera;
@@ -24,17 +24,22 @@ multiversion! {
 }
 
 #[inline(always)]
-fn init_packet_body(f: &FrameUniforms, items: &[u32], pixels: &[[f32; 2]], p: &mut Packet) -> bool {
+fn init_packet_body(
+    frame: &FrameUniforms,
+    items: &[u32],
+    pixels: &[[f32; 2]],
+    p: &mut Packet,
+) -> bool {
     let mut pixel = [[0.0_f32; 2]; LANES];
     for (lane, pixel) in pixel.iter_mut().enumerate() {
         // Unused lanes repeat the first ray, with an empty segment.
         let item = items.get(lane).or(items.first()).copied().unwrap_or(0);
         *pixel = pixels[item as usize];
     }
-    let (low, high) = (vector(f.bounds_min), vector(f.bounds_max));
+    let (low, high) = (vector(frame.bounds_min), vector(frame.bounds_max));
     let mut starts_inside = 0;
     for (lane, &pixel) in pixel.iter().enumerate() {
-        let camera = camera_ray(f, pixel);
+        let camera = camera_ray(frame, pixel);
         let (origin, direction) = (camera.origin, camera.direction);
         p.origin_x.0[lane] = origin.x;
         p.origin_y.0[lane] = origin.y;
@@ -46,7 +51,7 @@ fn init_packet_body(f: &FrameUniforms, items: &[u32], pixels: &[[f32; 2]], p: &m
         p.inverse_x.0[lane] = inverse(direction.x);
         p.inverse_y.0[lane] = inverse(direction.y);
         p.inverse_z.0[lane] = inverse(direction.z);
-        let bounds = camera::intersect_box::<f32>(origin, direction, low, high, f.far);
+        let bounds = camera::intersect_box::<f32>(origin, direction, low, high, frame.far);
         p.begin_t.0[lane] = bounds.x;
         p.end_t.0[lane] = if lane < items.len() {
             bounds.y
@@ -87,8 +92,8 @@ fn intersect_box_body(region: &Aabb, p: &mut Packet) -> Crossings {
             let lane = first + offset;
             let slab = |axis: usize, origin: f32, inverse: f32| {
                 let a = (low[axis] - origin) * inverse;
-                let b = (high[axis] - origin) * inverse;
-                (Real::min(a, b), Real::max(a, b))
+                let block = (high[axis] - origin) * inverse;
+                (Real::min(a, block), Real::max(a, block))
             };
             let (x0, x1) = slab(0, p.origin_x.0[lane], p.inverse_x.0[lane]);
             let (y0, y1) = slab(1, p.origin_y.0[lane], p.inverse_y.0[lane]);
@@ -159,13 +164,17 @@ multiversion! {
 }
 
 #[inline(always)]
-fn bound_directions_body(cell: &Cell, b: &mut LeafRays) {
+fn bound_directions_body(cell: &Cell, block: &mut LeafRays) {
     for i in 0..LANES {
-        let direction = [b.direction_x.0[i], b.direction_y.0[i], b.direction_z.0[i]];
-        let bounds = directional_bounds(cell, direction, b.side.0[i]);
-        b.slope.0[i] = bounds.slope;
-        b.decrease_max.0[i] = bounds.decrease_max;
-        b.decrease_min.0[i] = bounds.decrease_min;
+        let direction = [
+            block.direction_x.0[i],
+            block.direction_y.0[i],
+            block.direction_z.0[i],
+        ];
+        let bounds = directional_bounds(cell, direction, block.side.0[i]);
+        block.slope.0[i] = bounds.slope;
+        block.decrease_max.0[i] = bounds.decrease_max;
+        block.decrease_min.0[i] = bounds.decrease_min;
     }
 }
 
@@ -214,7 +223,7 @@ multiversion! {
 }
 
 #[inline(always)]
-fn cull_entered_body(f: &FrameUniforms, cell: &Cell, values: &F32x64, p: &mut Packet) -> u64 {
+fn cull_entered_body(frame: &FrameUniforms, cell: &Cell, values: &F32x64, p: &mut Packet) -> u64 {
     let mut culled = [false; LANES];
     let choice = ColumnChoice::new();
     for (i, culled) in culled.iter_mut().enumerate() {
@@ -232,7 +241,7 @@ fn cull_entered_body(f: &FrameUniforms, cell: &Cell, values: &F32x64, p: &mut Pa
             remaining,
         );
         // Comparing with NaN is false.
-        let is_apart = field >= marching::rounding_at(t, f.rounding);
+        let is_apart = field >= marching::rounding_at(t, frame.rounding);
         let crosses = p.entry_t.0[i] <= p.exit_t.0[i];
         *culled = crosses & is_through & is_apart;
         let clear_radius = field * bounds.slope;

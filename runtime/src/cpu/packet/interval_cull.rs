@@ -14,14 +14,22 @@ multiversion! {
 }
 
 #[inline(always)]
-fn remaining_boxes_body(b: &LeafRays, count: usize, boxes: &mut AabbLanes) {
+fn remaining_boxes_body(block: &LeafRays, count: usize, boxes: &mut AabbLanes) {
     for i in 0..whole_chunks(count) {
-        let origin = V3::new(b.origin_x.0[i], b.origin_y.0[i], b.origin_z.0[i]);
-        let direction = V3::new(b.direction_x.0[i], b.direction_y.0[i], b.direction_z.0[i]);
+        let origin = V3::new(
+            block.origin_x.0[i],
+            block.origin_y.0[i],
+            block.origin_z.0[i],
+        );
+        let direction = V3::new(
+            block.direction_x.0[i],
+            block.direction_y.0[i],
+            block.direction_z.0[i],
+        );
         // Rounding keeps the order of points along a ray, so the box of its ends contains all points between
         // them.
-        let from = camera::point_along::<f32>(origin, direction, b.t.0[i]).to_array();
-        let to = camera::point_along::<f32>(origin, direction, b.exit_t.0[i]).to_array();
+        let from = camera::point_along::<f32>(origin, direction, block.t.0[i]).to_array();
+        let to = camera::point_along::<f32>(origin, direction, block.exit_t.0[i]).to_array();
         for axis in 0..3 {
             boxes[axis].0[i] = Real::min(from[axis], to[axis]);
             boxes[axis + 3].0[i] = Real::max(from[axis], to[axis]);
@@ -35,21 +43,21 @@ multiversion! {
 }
 
 #[inline(always)]
-fn cull_clear_body([low, high]: &RangeLanes, count: usize, b: &mut LeafRays) {
+fn cull_clear_body([low, high]: &RangeLanes, count: usize, block: &mut LeafRays) {
     for i in 0..whole_chunks(count) {
-        let slope = b.slope.0[i];
-        let outside = b.side.0[i] > 0.0;
+        let slope = block.slope.0[i];
+        let outside = block.side.0[i] > 0.0;
         let nearest = if outside { low.0[i] } else { -high.0[i] };
         let is_clear = nearest > 0.0;
-        b.outcome.0[i] = if is_clear {
+        block.outcome.0[i] = if is_clear {
             outcome::EXITED
         } else {
             outcome::ACTIVE
         };
         // The empty sphere must not extend beyond the leaf, so it is centred on the remaining segment.
-        let (from, to) = (b.t.0[i], b.exit_t.0[i]);
+        let (from, to) = (block.t.0[i], block.exit_t.0[i]);
         let (centre, half) = ((from + to) * 0.5, (to - from) * 0.5 / slope);
-        b.t.0[i] = if is_clear { centre } else { from };
-        b.field.0[i] = if is_clear { half } else { b.field.0[i] };
+        block.t.0[i] = if is_clear { centre } else { from };
+        block.field.0[i] = if is_clear { half } else { block.field.0[i] };
     }
 }

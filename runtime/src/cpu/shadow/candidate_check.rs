@@ -13,18 +13,22 @@ impl<const FORM: u32> LightParams<FORM> {
     /// Advances the check of a candidate by an evaluation. Reports whether the ray gives up, out of steps,
     /// and whether it is done after the check.
     #[inline(always)]
-    pub(super) fn step_check(self, b: &mut ShadowLanes, i: usize, field: f32) -> (bool, bool) {
+    pub(super) fn step_check(self, block: &mut ShadowLanes, i: usize, field: f32) -> (bool, bool) {
         let hidden = |column: &F32x64| self.choice.hide(column.0[i]);
-        let (phase, value) = (hidden(&b.phase), hidden(&b.value));
+        let (phase, value) = (hidden(&block.phase), hidden(&block.value));
         let steps_before = if FORM == SIZED {
-            b.steps_before.0[i]
+            block.steps_before.0[i]
         } else {
             0.0
         };
-        let out_of_steps = b.steps.0[i] - steps_before >= self.max_steps;
-        let size = lane_size::<FORM>(b, i, self.size);
-        let (point, offset, gradient) = (round_point(b, i), lane_offset(b, i), lane_gradient(b, i));
-        let limit = shadow::candidate_limit(b.candidate_t.0[i], size);
+        let out_of_steps = block.steps.0[i] - steps_before >= self.max_steps;
+        let size = lane_size::<FORM>(block, i, self.size);
+        let (point, offset, gradient) = (
+            round_point(block, i),
+            lane_offset(block, i),
+            lane_gradient(block, i),
+        );
+        let limit = shadow::candidate_limit(block.candidate_t.0[i], size);
         let is_start = phase < 0.75;
         let is_probe_phase = phase > 3.5;
         let is_tap = !is_probe_phase & (phase > 0.75);
@@ -35,7 +39,7 @@ impl<const FORM: u32> LightParams<FORM> {
         let outcome = candidate::probe_outcome::<f32>(
             point,
             gradient,
-            b.round.0[i],
+            block.round.0[i],
             phase,
             value,
             field,
@@ -46,17 +50,17 @@ impl<const FORM: u32> LightParams<FORM> {
         let is_repeat = is_probe_phase & (outcome == 0.0);
         let is_overshot = is_probe_phase & (outcome == candidate::OVERSHOT);
         let is_found = is_probe_phase & (outcome == 1.0);
-        let is_misled = is_found & (b.round.0[i] > 0.0);
+        let is_misled = is_found & (block.round.0[i] > 0.0);
 
         let surface_offset = candidate::surface_offset::<f32>(offset, next, value, field);
-        let (t, v) = (hidden(&b.candidate_t), hidden(&b.visibility));
-        let direction = lane_direction(b, i);
+        let (t, v) = (hidden(&block.candidate_t), hidden(&block.visibility));
+        let direction = lane_direction(block, i);
         // At the light, not at the exit from the bounds: light does not depend on these.
-        let light_t = b.light_t.0[i];
+        let light_t = block.light_t.0[i];
         let visibility =
             shadow::visibility_beside::<f32>(v, surface_offset, direction, t, size, value, light_t);
-        let (visibility, light_t) = if FORM == SIZED && b.ray_number.0[i] > 0.0 {
-            let axis = lane_axis(b, i);
+        let (visibility, light_t) = if FORM == SIZED && block.ray_number.0[i] > 0.0 {
+            let axis = lane_axis(block, i);
             let light_t = shadow::light_plane_t::<f32>(direction, axis, light_t);
             let rim_visibility = shadow::rim_visibility_beside::<f32>(
                 v,
@@ -72,8 +76,8 @@ impl<const FORM: u32> LightParams<FORM> {
             (visibility, light_t)
         };
         let choose = |changes: bool, new: f32, old: f32| self.choice.choose(changes, new, old);
-        b.visibility.0[i] = choose(is_found, visibility, v);
-        let (round, moves) = (hidden(&b.round), hidden(&b.moves));
+        block.visibility.0[i] = choose(is_found, visibility, v);
+        let (round, moves) = (hidden(&block.round), hidden(&block.moves));
         let moved_t = shadow::moved_candidate_t::<f32>(
             surface_offset,
             gradient,
@@ -85,12 +89,12 @@ impl<const FORM: u32> LightParams<FORM> {
             moves,
         );
         let plane_offset = shadow::plane_offset::<f32>(surface_offset, gradient, direction);
-        let is_dark = self.is_dark(b, i);
+        let is_dark = self.is_dark(block, i);
         let is_moving = is_found & (moved_t > 0.0) & !is_dark;
         // After a detour the next move counts as a detour, too.
         let is_detour = is_moving & is_misled;
         let is_offset = offset.dot(offset) > 0.0;
-        let bound = shadow::candidate_bound(v, b.ray_number.0[i]);
+        let bound = shadow::candidate_bound(v, block.ray_number.0[i]);
         let cannot_darken =
             is_start & !is_offset & (shadow::cannot_darken::<f32>(field, t, size, bound) > 0.0);
         let is_done = is_probe_phase & !is_repeat & !is_overshot & !is_moving;
@@ -102,18 +106,18 @@ impl<const FORM: u32> LightParams<FORM> {
         let restart_value = candidate::restart_value::<f32>(field);
         let kept_value = choose(is_repeat, restart_value, value);
         let start_value = if is_offset { restart_value } else { field };
-        b.value.0[i] = choose(is_start, start_value, kept_value);
+        block.value.0[i] = choose(is_start, start_value, kept_value);
         let zero = V3::splat(0.0);
         let forgets = is_repeat | is_moving | is_restart;
         let gradient_part = |new: f32, old: f32| choose(is_tap, new, choose(forgets, 0.0, old));
-        b.gradient_x.0[i] = gradient_part(new_gradient.x, gradient.x);
-        b.gradient_y.0[i] = gradient_part(new_gradient.y, gradient.y);
-        b.gradient_z.0[i] = gradient_part(new_gradient.z, gradient.z);
+        block.gradient_x.0[i] = gradient_part(new_gradient.x, gradient.x);
+        block.gradient_y.0[i] = gradient_part(new_gradient.y, gradient.y);
+        block.gradient_z.0[i] = gradient_part(new_gradient.z, gradient.z);
         let kept_offset = if is_moving | is_restart { zero } else { offset };
         let kept_offset = if is_detour { plane_offset } else { kept_offset };
-        b.offset_x.0[i] = choose(is_repeat, next.x, kept_offset.x);
-        b.offset_y.0[i] = choose(is_repeat, next.y, kept_offset.y);
-        b.offset_z.0[i] = choose(is_repeat, next.z, kept_offset.z);
+        block.offset_x.0[i] = choose(is_repeat, next.x, kept_offset.x);
+        block.offset_y.0[i] = choose(is_repeat, next.y, kept_offset.y);
+        block.offset_z.0[i] = choose(is_repeat, next.z, kept_offset.z);
         let next_phase = if is_tap | is_overshot {
             phase + 1.0
         } else {
@@ -129,40 +133,40 @@ impl<const FORM: u32> LightParams<FORM> {
         } else {
             next_phase
         };
-        b.phase.0[i] = if is_finished { 0.0 } else { next_phase };
+        block.phase.0[i] = if is_finished { 0.0 } else { next_phase };
         let round = round + if is_repeat { 1.0 } else { 0.0 };
         let round = if is_restart { 0.0 } else { round };
-        b.round.0[i] = if is_detour { 1.0 } else { round };
+        block.round.0[i] = if is_detour { 1.0 } else { round };
         let kept_moves = if is_moving | is_returning {
             moves + 1.0
         } else {
             moves
         };
-        b.moves.0[i] = if is_finished { 0.0 } else { kept_moves };
+        block.moves.0[i] = if is_finished { 0.0 } else { kept_moves };
         let kept_t = choose(is_returning, earlier_t, t);
         let kept_t = choose(is_moving, moved_t, kept_t);
-        b.candidate_t.0[i] = choose(is_finished, shadow::NO_CANDIDATE, kept_t);
+        block.candidate_t.0[i] = choose(is_finished, shadow::NO_CANDIDATE, kept_t);
         // Where the field led nowhere, or by a detour, the next point may be a candidate that is farther
         // away.
         let lost_track = is_done & (!is_found | is_misled);
-        b.last_visibility.0[i] = choose(
+        block.last_visibility.0[i] = choose(
             lost_track,
             shadow::NO_LAST_VISIBILITY,
-            b.last_visibility.0[i],
+            block.last_visibility.0[i],
         );
-        let is_last = is_finished & ((b.ends_after_check.0[i] > 0.0) | is_dark | out_of_steps);
+        let is_last = is_finished & ((block.ends_after_check.0[i] > 0.0) | is_dark | out_of_steps);
         (!is_finished & out_of_steps, is_last)
     }
 
     /// Reports whether the current ray sees nothing more of the light. The ray to the centre of a light with
     /// a size is followed by others.
     #[inline(always)]
-    fn is_dark(self, b: &ShadowLanes, i: usize) -> bool {
+    fn is_dark(self, block: &ShadowLanes, i: usize) -> bool {
         let dark = match FORM {
-            SIZED if b.ray_number.0[i] == 0.0 => shadow::MAX_HIDDEN_VISIBILITY,
+            SIZED if block.ray_number.0[i] == 0.0 => shadow::MAX_HIDDEN_VISIBILITY,
             SIZED => -1.0,
             _ => 0.0,
         };
-        b.visibility.0[i] <= dark
+        block.visibility.0[i] <= dark
     }
 }

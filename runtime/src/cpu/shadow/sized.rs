@@ -25,14 +25,21 @@ impl<const FORM: u32> LightParams<FORM> {
     /// Advances a ray towards a light with a size by the field's value at its point. Reports whether the
     /// lane's last ray has ended, and returns its entries in [`RayTransitions`].
     #[inline(always)]
-    pub(super) fn step_sized(self, b: &mut ShadowLanes, i: usize, field: f32) -> (bool, f32, f32) {
-        let (t, ray_number, size) = (b.t.0[i], b.ray_number.0[i], b.size.0[i]);
-        let out_of_steps = b.steps.0[i] - b.steps_before.0[i] >= self.max_steps;
+    pub(super) fn step_sized(
+        self,
+        block: &mut ShadowLanes,
+        i: usize,
+        field: f32,
+    ) -> (bool, f32, f32) {
+        let (t, ray_number, size) = (block.t.0[i], block.ray_number.0[i], block.size.0[i]);
+        let (field_before, last_step) = (block.field_before.0[i], block.step.0[i]);
+        let steps = block.steps.0[i] - block.steps_before.0[i];
+        let out_of_steps = steps >= self.max_steps;
         let is_over = is_nan(field) | (out_of_steps & (ray_number > 0.0));
         let is_running = !is_over;
-        let slope = shadow::slope(field, b.field_before.0[i], b.step.0[i]);
-        let sign_margin = marching::sign_margin(b.rounding.0[i], slope, self.is_raw);
-        let min_stride = b.min_step.0[i] * shadow::late_speedup(b.steps.0[i] - b.steps_before.0[i]);
+        let slope = shadow::slope(field, field_before, last_step);
+        let sign_margin = marching::sign_margin(block.rounding.0[i], slope, self.is_raw);
+        let min_stride = block.min_step.0[i] * shadow::late_speedup(steps);
         let is_inside = field < -sign_margin;
         let is_measuring = size == 0.0;
         let free_stride = shadow::stride(field, t, min_stride, size);
@@ -44,23 +51,23 @@ impl<const FORM: u32> LightParams<FORM> {
             short_stride
         };
         let next = if is_inside { inner_stride } else { next };
-        let remaining = b.exit_t.0[i] - t;
+        let remaining = block.exit_t.0[i] - t;
         let remaining = if remaining > 0.0 { remaining } else { 0.0 };
         let next = if next < remaining { next } else { remaining };
-        let is_at_end = (t >= b.exit_t.0[i]) | out_of_steps;
+        let is_at_end = (t >= block.exit_t.0[i]) | out_of_steps;
 
         let has_measured = is_running & is_measuring & (is_inside | is_at_end);
-        let room_t = if is_inside { t - b.step.0[i] } else { t };
-        let fitting_size = shadow::size_in_room(room_t, b.light_t.0[i]);
+        let room_t = if is_inside { t - last_step } else { t };
+        let fitting_size = shadow::size_in_room(room_t, block.light_t.0[i]);
         let begins_rim_ray = has_measured & (fitting_size > 0.0);
         let is_over = is_over | (has_measured & !begins_rim_ray);
         let is_running = is_running & !has_measured;
 
         let back_step = shadow::step_to_passed_sheet(
             field,
-            b.field_before.0[i],
-            b.step.0[i],
-            b.slope_before.0[i],
+            field_before,
+            last_step,
+            block.slope_before.0[i],
             sign_margin,
         );
         let is_passed =
@@ -69,60 +76,50 @@ impl<const FORM: u32> LightParams<FORM> {
         let is_running = is_running & !is_passed;
         let next_t = self.choice.choose(is_running, t + next, t);
         let choose = |changes: bool, new: f32, old: f32| self.choice.choose(changes, new, old);
-        b.t.0[i] = choose(goes_back, t + back_step - b.step.0[i], next_t);
-        let step = choose(goes_back, back_step, b.step.0[i]);
-        b.step.0[i] = choose(is_running, next, step);
-        let slope_before = choose(goes_back, 0.0, b.slope_before.0[i]);
-        b.slope_before.0[i] = choose(is_running, slope, slope_before);
-        b.field_before.0[i] = choose(is_running, field, b.field_before.0[i]);
+        block.t.0[i] = choose(goes_back, t + back_step - last_step, next_t);
+        let step = choose(goes_back, back_step, last_step);
+        block.step.0[i] = choose(is_running, next, step);
+        let slope_before = choose(goes_back, 0.0, block.slope_before.0[i]);
+        block.slope_before.0[i] = choose(is_running, slope, slope_before);
+        block.field_before.0[i] = choose(is_running, field, field_before);
 
         let is_running = is_running & !is_measuring;
         let sample_visibility = shadow::visibility_at(field, t, size);
         let enters_solid = is_running & is_inside & (ray_number < 1.0);
         let new_ray_number = choose(enters_solid, shadow::INSIDE_RAY_NUMBER, ray_number);
-        b.ray_number.0[i] = new_ray_number;
-        let kept_t = choose(enters_solid, shadow::NO_CANDIDATE, b.candidate_t.0[i]);
+        block.ray_number.0[i] = new_ray_number;
+        let kept_t = choose(enters_solid, shadow::NO_CANDIDATE, block.candidate_t.0[i]);
         let is_over = is_over | (enters_solid & (sample_visibility <= -1.0));
         let is_running = is_running & !(enters_solid & ((sample_visibility <= -1.0) | !is_at_end));
         let is_blocked = is_running & (is_inside | (new_ray_number == shadow::INSIDE_RAY_NUMBER));
         let is_running = is_running & !is_blocked;
 
-        let clear_t = shadow::clear_until(b.clear_t.0[i], field, t, size);
+        let clear_t = shadow::clear_until(block.clear_t.0[i], field, t, size);
         let is_central = is_running & (ray_number == 0.0);
-        b.clear_t.0[i] = choose(is_central, clear_t, b.clear_t.0[i]);
-        let bound = shadow::candidate_bound(b.visibility.0[i], ray_number);
+        block.clear_t.0[i] = choose(is_central, clear_t, block.clear_t.0[i]);
+        let bound = shadow::candidate_bound(block.visibility.0[i], ray_number);
         let is_candidate = is_running
-            & (shadow::is_candidate(sample_visibility, b.last_visibility.0[i], bound) > 0.0);
-        b.last_visibility.0[i] = choose(is_running, sample_visibility, b.last_visibility.0[i]);
+            & (shadow::is_candidate(sample_visibility, block.last_visibility.0[i], bound) > 0.0);
+        block.last_visibility.0[i] =
+            choose(is_running, sample_visibility, block.last_visibility.0[i]);
         let candidate_t = choose(is_candidate, t, kept_t);
-        b.candidate_t.0[i] = candidate_t;
-        b.value.0[i] = choose(is_candidate, field, b.value.0[i]);
+        block.candidate_t.0[i] = candidate_t;
+        block.value.0[i] = choose(is_candidate, field, block.value.0[i]);
         let begins_check =
             is_running & (!is_candidate | is_at_end) & (candidate_t > 0.0) & !out_of_steps;
-        begin_candidate_check(self.choice, b, i, begins_check, is_at_end);
+        begin_candidate_check(self.choice, block, i, begins_check, is_at_end);
         let is_ended = is_running & !begins_check & is_at_end;
-        let visibility = if is_blocked { -1.0 } else { b.visibility.0[i] };
-        let visibility_or_size = if begins_rim_ray {
-            fitting_size.min(self.size)
-        } else {
-            visibility
-        };
-        let kind = if is_blocked | is_ended {
-            RAY_ENDED
-        } else {
-            0.0
-        };
-        (
-            is_over,
-            if begins_rim_ray { RIM_RAY_BEGINS } else { kind },
-            visibility_or_size,
-        )
+        let visibility = choose(is_blocked, -1.0, block.visibility.0[i]);
+        let visibility_or_size = choose(begins_rim_ray, fitting_size.min(self.size), visibility);
+        let kind = choose(is_blocked | is_ended, RAY_ENDED, 0.0);
+        let kind = choose(begins_rim_ray, RIM_RAY_BEGINS, kind);
+        (is_over, kind, visibility_or_size)
     }
 
     /// Begins the next rays of the lanes in which one has ended; sets `ended` where that was the last one.
     pub(super) fn begin_next_rays(
         self,
-        b: &mut ShadowLanes,
+        block: &mut ShadowLanes,
         transitions: &RayTransitions,
         ended: &mut [bool; LANES],
     ) {
@@ -132,64 +129,65 @@ impl<const FORM: u32> LightParams<FORM> {
         for (i, ended) in ended.iter_mut().enumerate() {
             let visibility_or_size = transitions.visibility_or_size.0[i];
             if transitions.kind.0[i] == RAY_ENDED {
-                *ended |= self.end_ray(b, i, visibility_or_size);
+                *ended |= self.end_ray(block, i, visibility_or_size);
             } else if transitions.kind.0[i] == RIM_RAY_BEGINS {
-                self.begin_rim(b, i, visibility_or_size);
+                self.begin_rim(block, i, visibility_or_size);
             }
         }
     }
 
     /// Ends a ray towards a light with a size, given the visibility along it. If the centre is hidden, rays
     /// to the rim follow. Reports whether that was the last one.
-    fn end_ray(self, b: &mut ShadowLanes, i: usize, visibility: f32) -> bool {
-        let ray_number = b.ray_number.0[i];
+    fn end_ray(self, block: &mut ShadowLanes, i: usize, visibility: f32) -> bool {
+        let ray_number = block.ray_number.0[i];
         if ray_number == 0.0 && visibility > shadow::MAX_HIDDEN_VISIBILITY {
             return true;
         }
         let is_rim = ray_number >= 1.0;
-        let best_visibility = b.best_visibility.0[i].max(if is_rim { visibility } else { -1.0 });
+        let best_visibility =
+            block.best_visibility.0[i].max(if is_rim { visibility } else { -1.0 });
         let next_ray_number = ray_number.floor() + 1.0;
-        b.ray_number.0[i] = next_ray_number;
-        b.best_visibility.0[i] = best_visibility;
+        block.ray_number.0[i] = next_ray_number;
+        block.best_visibility.0[i] = best_visibility;
         let is_hidden = next_ray_number > shadow::FIRST_RIM_RAYS && best_visibility <= -1.0;
         if is_hidden || best_visibility >= 0.0 || next_ray_number > shadow::RIM_RAYS {
             return true;
         }
-        let rim = shadow::rim_direction::<f32>(lane_axis(b, i), next_ray_number);
-        set_direction(b, i, rim);
+        let rim = shadow::rim_direction::<f32>(lane_axis(block, i), next_ray_number);
+        set_direction(block, i, rim);
         if self.is_positional == 0.0 {
-            self.begin_rim(b, i, self.size);
+            self.begin_rim(block, i, self.size);
             return false;
         }
-        b.size.0[i] = 0.0;
-        b.t.0[i] = 0.0;
-        b.exit_t.0[i] = shadow::required_room(b.light_t.0[i], self.size);
-        b.steps_before.0[i] = b.steps.0[i];
-        b.field_before.0[i] = 0.0;
-        b.step.0[i] = 0.0;
-        b.slope_before.0[i] = 0.0;
-        b.candidate_t.0[i] = shadow::NO_CANDIDATE;
+        block.size.0[i] = 0.0;
+        block.t.0[i] = 0.0;
+        block.exit_t.0[i] = shadow::required_room(block.light_t.0[i], self.size);
+        block.steps_before.0[i] = block.steps.0[i];
+        block.field_before.0[i] = 0.0;
+        block.step.0[i] = 0.0;
+        block.slope_before.0[i] = 0.0;
+        block.candidate_t.0[i] = shadow::NO_CANDIDATE;
         false
     }
 
     /// Begins a ray to the rim of a light, which has the `size` on that side. The lane's direction is that of
     /// the rim from the light's centre.
-    fn begin_rim(self, b: &mut ShadowLanes, i: usize, size: f32) {
-        let axis = lane_axis(b, i);
-        let direction = shadow::rim_ray_direction::<f32>(axis, lane_direction(b, i), size);
-        let light_t = shadow::light_plane_t::<f32>(direction, axis, b.light_t.0[i]);
-        let start = V3::new(b.start_x.0[i], b.start_y.0[i], b.start_z.0[i]);
+    fn begin_rim(self, block: &mut ShadowLanes, i: usize, size: f32) {
+        let axis = lane_axis(block, i);
+        let direction = shadow::rim_ray_direction::<f32>(axis, lane_direction(block, i), size);
+        let light_t = shadow::light_plane_t::<f32>(direction, axis, block.light_t.0[i]);
+        let start = V3::new(block.start_x.0[i], block.start_y.0[i], block.start_z.0[i]);
         let exit_t = shadow::exit_t::<f32>(start, direction, self.low, self.high, light_t, size);
-        set_direction(b, i, direction);
-        b.size.0[i] = size;
-        b.exit_t.0[i] = exit_t;
-        b.steps_before.0[i] = b.steps.0[i];
-        b.t.0[i] = b.clear_t.0[i].abs();
-        b.field_before.0[i] = 0.0;
-        b.step.0[i] = 0.0;
-        b.slope_before.0[i] = 0.0;
-        b.visibility.0[i] = 0.0;
-        b.last_visibility.0[i] = shadow::NO_LAST_VISIBILITY;
-        b.candidate_t.0[i] = shadow::NO_CANDIDATE;
+        set_direction(block, i, direction);
+        block.size.0[i] = size;
+        block.exit_t.0[i] = exit_t;
+        block.steps_before.0[i] = block.steps.0[i];
+        block.t.0[i] = block.clear_t.0[i].abs();
+        block.field_before.0[i] = 0.0;
+        block.step.0[i] = 0.0;
+        block.slope_before.0[i] = 0.0;
+        block.visibility.0[i] = 0.0;
+        block.last_visibility.0[i] = shadow::NO_LAST_VISIBILITY;
+        block.candidate_t.0[i] = shadow::NO_CANDIDATE;
     }
 }

@@ -2,7 +2,7 @@
 
 use crate::oracle::{Point, elaborate_if_valid};
 use sdfc_compiler::compile::{Compiled, Options, compile};
-use sdfc_compiler::cutters::extend_cutters;
+use sdfc_compiler::cutter_extension::extend_cutters;
 use sdfc_compiler::expression::ExprId;
 use sdfc_compiler::graph::{Graph, GraphNode, GraphNumber, NodeId};
 use sdfc_compiler::scene::{Scene, Shape, ShapeId, ShapeKind};
