@@ -5,7 +5,7 @@
 //! amount that is added to a shape's distance grows its box. Where the distance underestimates, the box
 //! grows by more, see `bounds_slack.rs`.
 
-mod inset;
+mod distance_slope;
 
 use crate::analysis::bounds_slack::DistanceSlack;
 use crate::analysis::extent::{extent, extent_of_preimage, narrow_bounds, search_extent};
@@ -442,12 +442,11 @@ impl ShapeBounds {
         if growth == 0.0 {
             return *bounds;
         }
-        if growth < 0.0 {
-            return self.inset_hull(scene, children, -growth);
-        }
-        let slack = self.joined_slack(scene, children);
-        if slack.axis.is_finite() {
-            return bounds.grown(growth * slack.axis);
+        if growth > 0.0 {
+            let slack = self.joined_slack(scene, children);
+            if slack.axis.is_finite() {
+                return bounds.grown(growth * slack.axis);
+            }
         }
         self.sublevel_hull(scene, children, growth)
     }
@@ -463,9 +462,9 @@ impl ShapeBounds {
     /// Returns a box outside of which a shape's value is at least `level`. Recursion over nested
     /// shapes, whose depth the elaborator bounds.
     fn sublevel_bounds(&mut self, scene: SceneRef<'_>, id: ShapeId, level: f64) -> Bounds {
-        let axis_slack = self.slack(scene, id).axis;
-        if axis_slack.is_finite() {
-            return self.get(scene, id).grown(level * axis_slack);
+        let bounds = self.get(scene, id);
+        if let Some(growth) = self.box_growth(scene, id, level) {
+            return bounds.grown(level * growth);
         }
         match &scene.shapes[id.0 as usize].kind {
             ShapeKind::Painted { child, .. } => self.sublevel_bounds(scene, *child, level),
@@ -474,8 +473,21 @@ impl ShapeBounds {
                 children,
                 ..
             } => self.sublevel_hull(scene, children, level),
+            _ if level < 0.0 => self
+                .searched_sublevel(scene, id, level, &bounds)
+                .intersection(&bounds),
             _ => self.searched_sublevel(scene, id, level, &Bounds::ALL_SPACE),
         }
+    }
+
+    /// Returns the growth of a shape's box per unit of the level. `None` if only a search can tell: above zero
+    /// for values that grow too slowly, below zero for those that may fall faster than distances.
+    fn box_growth(&mut self, scene: SceneRef<'_>, id: ShapeId, level: f64) -> Option<f64> {
+        if level < 0.0 {
+            return self.has_distance_slope(scene, id).then_some(1.0);
+        }
+        let slack = self.slack(scene, id).axis;
+        slack.is_finite().then_some(slack)
     }
 
     /// Searches a box, inside `outer_box`, outside of which intervals prove a shape's value to exceed

@@ -65,6 +65,19 @@ fn is_inverse_function(text: &str) -> bool {
     functions.iter().any(|function| text.starts_with(function))
 }
 
+/// Returns the text after `let name =`; `None` if the name is defined more than once, or is also a parameter of a
+/// lambda, so that its meaning depends on the place.
+fn only_definition<'t>(text: &'t str, name: &str) -> Option<&'t str> {
+    let (_, definition) = text.split_once(&format!("let {name} ="))?;
+    let mut lambdas = text.split("fn(").skip(1);
+    let is_parameter = lambdas.any(|lambda| {
+        let parameters = lambda.split(')').next().unwrap_or_default();
+        parameters.split([',', ':']).any(|word| word.trim() == name)
+    });
+    let is_redefined = definition.contains(&format!("let {name} ="));
+    (!is_redefined && !is_parameter).then_some(definition)
+}
+
 /// Reports whether a text ends with the name of an angle that it defines, or with an inverse function of an angle
 /// in brackets.
 fn ends_with_angle(text: &str) -> bool {
@@ -73,10 +86,8 @@ fn ends_with_angle(text: &str) -> bool {
     let Some(inner) = text.strip_suffix(')') else {
         let before_name = text.trim_end_matches(is_name);
         let name = &text[before_name.len()..];
-        let definition = format!("let {name} =");
-        let value = text.rfind(&definition).map(|at| at + definition.len());
         return !before_name.ends_with('.')
-            && value.is_some_and(|at| is_inverse_function(&text[at..]));
+            && only_definition(text, name).is_some_and(is_inverse_function);
     };
     let mut depth = 1;
     let open = inner.char_indices().rev().find(|(_, c)| {

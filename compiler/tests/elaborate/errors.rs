@@ -259,6 +259,10 @@ const MISTAKES: &[(&str, &str)] = &[
         "field(fn(p) => { let a = atan2(p.z, p.x); length(p) - a * 180 / pi })",
     ),
     (
+        "angle beside a number whose name is that of an angle within a loop",
+        "field(fn(p) => { let a = 2; let b = sum(for i in 0..2 { let a = atan2(p.z, i); a / 1rad }); length(p) - a / pi - b - atan2(p.x, 1) })",
+    ),
+    (
         "angle alone as a field",
         "field(fn(p) => atan2(p.z, p.x) - 1)",
     ),

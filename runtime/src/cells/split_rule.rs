@@ -5,7 +5,10 @@
 
 use super::Aabb;
 use glam::Vec3;
-use sdfc_shaders::interpreter::split_cells::{MAX_STALLED_LEVELS, MAX_TAPE_CLAUSES};
+use sdfc_shaders::interpreter::split_cells::{
+    HARDLY_SHORTER_TENTHS, MAX_FIELD_SIDES, MAX_STALLED_LEVELS, MAX_TAPE_CLAUSES,
+    MIN_DISTANCE_SIDES, PRUNED_DIVISOR,
+};
 use sdfc_shaders::layout::{FrameUniforms, SplitParams};
 
 /// Maximum side of a leaf, in pixels.
@@ -75,8 +78,7 @@ impl SplitRule for ScreenSpaceLeafLimit {
             camera - Vec3::from(region.high),
         );
         let gap = below.max(above).max(Vec3::ZERO);
-        // Measured from inside a cell, its far parts count.
-        let distance = gap.length().max(side * 0.25);
+        let distance = gap.length().max(side * MIN_DISTANCE_SIDES);
         let pixel = self.pixel_size + self.pixel_growth * distance;
         let max_pixels = if clauses <= MAX_TRIVIAL_TAPE_CLAUSES {
             MAX_TRIVIAL_LEAF_PIXELS
@@ -108,10 +110,8 @@ impl PrunedLeafLimit {
 
 impl SplitRule for PrunedLeafLimit {
     fn should_split(&self, region: &Aabb, clauses: usize, min_abs_field: f32) -> bool {
-        // A ray's step is about as long as the distance to the surface. In a cell smaller than that, rays
-        // take few samples.
         clauses > MAX_LEAF_CLAUSES
-            && min_abs_field < 2.0 * region.longest_side()
+            && min_abs_field < MAX_FIELD_SIDES * region.longest_side()
             && self.0.should_split(region, clauses, min_abs_field)
     }
 }
@@ -140,12 +140,17 @@ pub(super) enum SplitDecision {
     Defer,
 }
 
+/// Reports whether a number of clauses is hardly less than another.
+fn is_hardly_shorter(clauses: usize, others: usize) -> bool {
+    clauses * 10 > others * HARDLY_SHORTER_TENTHS as usize
+}
+
 /// Lengths of the tapes of the children of one cell, compared with the cell's own.
 pub(super) struct SiblingTapes {
     parent_clauses: usize,
     parent_stalled_levels: u32,
     root_clauses: usize,
-    /// Set if the children together keep more than nine tenths of the clauses.
+    /// Set if the children together keep almost all clauses.
     is_stalled: bool,
 }
 
@@ -162,7 +167,7 @@ impl SiblingTapes {
             parent_clauses,
             parent_stalled_levels,
             root_clauses,
-            is_stalled: lengths.sum::<usize>() * 10 > count * parent_clauses * 9,
+            is_stalled: is_hardly_shorter(lengths.sum(), count * parent_clauses),
         }
     }
 
@@ -170,7 +175,7 @@ impl SiblingTapes {
     /// child that keeps its parent's tape counts only if the other children do not lose most of it. It is
     /// still large, and what it contains is small.
     pub(super) fn stalled_levels(&self, clauses: usize) -> u32 {
-        if self.is_stalled && clauses * 10 > self.parent_clauses * 9 {
+        if self.is_stalled && is_hardly_shorter(clauses, self.parent_clauses) {
             self.parent_stalled_levels + 1
         } else {
             0
@@ -185,7 +190,8 @@ impl SiblingTapes {
         (region, clauses, min_abs_field): (&Aabb, usize, f32),
         has_slope_gain: impl FnOnce() -> bool,
     ) -> SplitDecision {
-        let max_stalled_levels = MAX_STALLED_LEVELS[usize::from(clauses * 2 <= self.root_clauses)];
+        let is_pruned = clauses * PRUNED_DIVISOR as usize <= self.root_clauses;
+        let max_stalled_levels = MAX_STALLED_LEVELS[usize::from(is_pruned)];
         let is_profitable = self.stalled_levels(clauses) < max_stalled_levels || has_slope_gain();
         if !is_profitable || !rule.should_split(region, clauses, min_abs_field) {
             SplitDecision::Leaf

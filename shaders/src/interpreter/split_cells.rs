@@ -62,6 +62,15 @@ pub const JOB_QUEUE_STATE_WORDS: usize = 4;
 /// Number of successive levels that each removed less than a tenth of the clauses, after which splitting stops.
 /// The first is for tapes of more than half of the program, the second for shorter ones.
 pub const MAX_STALLED_LEVELS: [u32; 2] = [3, 1];
+/// Number of tenths of a tape's clauses. A tape with more than these is hardly shorter.
+pub const HARDLY_SHORTER_TENTHS: u32 = 9;
+/// Divisor of the program's number of clauses. A tape with at most the quotient counts as pruned.
+pub const PRUNED_DIVISOR: u32 = 2;
+/// Absolute value of the field, in sides of a cell, from which the cell is not split: rays take few samples
+/// in it, since a step is about as long as the value.
+pub const MAX_FIELD_SIDES: f32 = 2.0;
+/// Minimum distance of a cell from the camera, in sides. Measured from inside a cell, its far parts count.
+pub const MIN_DISTANCE_SIDES: f32 = 0.25;
 
 /// Maximum number of clauses of a tape. Three passes over it are fewer iterations than software devices allow
 /// (65,535). If 2¹⁸ concurrent invocations reserve memory for that many clauses, they count to at most 2³².
@@ -201,6 +210,8 @@ pub fn kernel(
         ("NO_OLD_ENTRY", NO_OLD_ENTRY),
         ("MAX_STALLED_FULL", MAX_STALLED_LEVELS[0]),
         ("MAX_STALLED_PRUNED", MAX_STALLED_LEVELS[1]),
+        ("HARDLY_SHORTER_TENTHS", HARDLY_SHORTER_TENTHS),
+        ("PRUNED_DIVISOR", PRUNED_DIVISOR),
         ("FLAT_DIGIT", 3),
         ("VALUE_WORDS", registers.values.div_ceil(4) as u32),
         ("POINT_WORDS", registers.points.div_ceil(4) as u32),
@@ -214,6 +225,10 @@ pub fn kernel(
     for (name, value) in constants {
         let _ = writeln!(text, "const {name} = {value}u;");
     }
+    let _ = writeln!(
+        text,
+        "const MAX_FIELD_SIDES = {MAX_FIELD_SIDES:?};\nconst MIN_DISTANCE_SIDES = {MIN_DISTANCE_SIDES:?};"
+    );
     let decision_text = match method {
         PruneMethod::Lipschitz => {
             // Rounding errors of a value, relative to it and to the coordinates.

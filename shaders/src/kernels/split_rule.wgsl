@@ -5,16 +5,16 @@ fn should_split(low: vec3f, side: vec3f, clauses: u32, min_abs_field: f32) -> bo
     let longest = max(max(side.x, side.y), side.z);
     let offset = max(max(low - job_queue.params.camera, job_queue.params.camera - (low + side)), vec3f(0.0));
     let squares = offset * offset;
-    let distance = max(sqrt(squares.x + squares.y + squares.z), longest * 0.25);
+    let distance = max(sqrt(squares.x + squares.y + squares.z), longest * MIN_DISTANCE_SIDES);
     let pixel = job_queue.params.pixel_size + job_queue.params.pixel_growth * distance;
     return clauses > job_queue.params.max_leaf_clauses
-        && min_abs_field < 2.0 * longest
+        && min_abs_field < MAX_FIELD_SIDES * longest
         && longest > job_queue.params.max_leaf_pixels * pixel;
 }
 
-// Returns whether a number of clauses is more than nine tenths of another.
+// Returns whether a number of clauses is hardly less than another.
 fn is_hardly_shorter(length: u32, other: u32) -> bool {
-    return length * 10u > other * 9u;
+    return length * 10u > other * HARDLY_SHORTER_TENTHS;
 }
 
 // Counts the successive levels that shortened no tapes, down to a child with `length` clauses. The job's
@@ -27,6 +27,6 @@ fn count_stalled_levels(job: CellJob, length: u32, cells: u32, clauses: u32) -> 
 
 // Returns whether too many levels were stalled.
 fn is_stalled(job: CellJob) -> bool {
-    let is_pruned = job.length * 2u <= job_queue.params.full_tape_length;
+    let is_pruned = job.length * PRUNED_DIVISOR <= job_queue.params.full_tape_length;
     return job.stalled_levels >= select(MAX_STALLED_FULL, MAX_STALLED_PRUNED, is_pruned);
 }

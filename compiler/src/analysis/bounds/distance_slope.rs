@@ -1,46 +1,12 @@
-//! Bounding boxes of inward offsets: of the points where a shape's value lies below a negative level.
+//! Shapes whose values change by at most one per unit of length.
 //!
-//! A box shrinks by the offset only if the value changes by at most one per unit of length. Steeper fields reach
-//! the level nearer to their surface.
+//! Only their boxes shrink by an inward offset. Steeper fields reach its level nearer to their surface.
 
 use super::ShapeBounds;
 use crate::scene::{SceneRef, ShapeId, ShapeKind, children};
-use sdfc_vm::bounds::Bounds;
 use sdfc_vm::row::SlopeRule;
-use sdfc_vm::table::Op;
 
 impl ShapeBounds {
-    /// Returns a box outside of which the values of all `shapes` are at least `-depth`.
-    pub(super) fn inset_hull(
-        &mut self,
-        scene: SceneRef<'_>,
-        shapes: &[ShapeId],
-        depth: f64,
-    ) -> Bounds {
-        let boxes = shapes.iter().map(|&id| self.inset(scene, id, depth));
-        boxes.fold(Bounds::EMPTY, |hull, inset| hull.hull(&inset))
-    }
-
-    /// Returns a box outside of which a shape's value is at least `-depth`. It recurses over nested shapes, whose
-    /// depth the elaborator bounds.
-    fn inset(&mut self, scene: SceneRef<'_>, id: ShapeId, depth: f64) -> Bounds {
-        let outer_box = self.get(scene, id);
-        if self.has_distance_slope(scene, id) {
-            return outer_box.grown(-depth);
-        }
-        match &scene.shapes[id.0 as usize].kind {
-            ShapeKind::Painted { child, .. } => self.inset(scene, *child, depth),
-            ShapeKind::Combine {
-                op: Op::Union,
-                children,
-                ..
-            } => self.inset_hull(scene, children, depth),
-            _ => self
-                .searched_sublevel(scene, id, -depth, &outer_box)
-                .intersection(&outer_box),
-        }
-    }
-
     /// Reports whether the rules of the table bound the slope of a shape's value by one, for all values of the
     /// parameters. The result is cached. It recurses over nested shapes, whose depth the elaborator bounds.
     pub(super) fn has_distance_slope(&mut self, scene: SceneRef<'_>, id: ShapeId) -> bool {
