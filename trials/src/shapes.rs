@@ -150,6 +150,42 @@ pub fn steep_inset(r: &mut Random) -> String {
     format!("{shape}.offset(-{})", length(r, 0.0625, 1.0))
 }
 
+/// Returns a field with products of factors that are zero somewhere, over a live number or near a pole.
+pub fn product_field(r: &mut Random) -> String {
+    let factor = |r: &mut Random| {
+        let a = length(r, 0.25, 1.5);
+        let centre: [f64; 3] = std::array::from_fn(|_| length(r, -1.0, 1.0));
+        match r.below(6) {
+            0 => format!("(p.{})", r.pick(&["x", "y", "z"])),
+            1 => format!("(length(p - {centre:?}) - {a})"),
+            2 => format!("max({a} - abs(p.y - length(p - {centre:?})), 0)"),
+            3 => format!("max(p.x - {a}, 0)"),
+            4 => format!("sin({a} * p.z)"),
+            _ => format!("abs(p.y - {a})"),
+        }
+    };
+    let first = factor(r);
+    let mut product = format!("{first} * {first}");
+    for _ in 0..r.below(3) {
+        product = match r.chance(30) {
+            true => format!("({product}) * ({product})"),
+            false => format!("{product} * {}", factor(r)),
+        };
+    }
+    let divisor = match r.below(5) {
+        0 | 1 => "k".to_owned(),
+        2 => "(p.x * p.x + p.z * p.z)".to_owned(),
+        3 => format!("sqrt({} + p.z * p.z)", first),
+        _ => factor(r),
+    };
+    let function = r.pick(&["", "", "abs", "ln"]);
+    let (a, scale) = (length(r, -1.0, 1.0), length(r, 0.125, 8.0));
+    format!(
+        "param k = {} in 0..=1;\nfield(fn(p) => {scale} * (p.y - {a} - {function}({product} / {divisor})))",
+        length(r, 0.0625, 1.0)
+    )
+}
+
 /// Returns a random shape, nested at most `depth` deep.
 pub fn solid(r: &mut Random, depth: usize) -> String {
     if depth == 0 || r.chance(15) {

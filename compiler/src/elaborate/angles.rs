@@ -65,8 +65,8 @@ fn is_inverse_function(text: &str) -> bool {
     functions.iter().any(|function| text.starts_with(function))
 }
 
-/// Returns the text after `let name =`; `None` if the name is defined more than once, or is also a parameter of a
-/// lambda, so that its meaning depends on the place.
+/// Returns the text after `let name =`. `None` if the name has another meaning elsewhere: it is defined more than
+/// once, or is also a parameter of a lambda.
 fn only_definition<'t>(text: &'t str, name: &str) -> Option<&'t str> {
     let (_, definition) = text.split_once(&format!("let {name} ="))?;
     let mut lambdas = text.split("fn(").skip(1);

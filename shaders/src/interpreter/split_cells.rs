@@ -66,8 +66,8 @@ pub const MAX_STALLED_LEVELS: [u32; 2] = [3, 1];
 pub const HARDLY_SHORTER_TENTHS: u32 = 9;
 /// Divisor of the program's number of clauses. A tape with at most the quotient counts as pruned.
 pub const PRUNED_DIVISOR: u32 = 2;
-/// Absolute value of the field, in sides of a cell, from which the cell is not split: rays take few samples
-/// in it, since a step is about as long as the value.
+/// Absolute value of the field, in sides of a cell, from which the cell is not split. A step is about as long
+/// as the value, so that rays take few samples in it.
 pub const MAX_FIELD_SIDES: f32 = 2.0;
 /// Minimum distance of a cell from the camera, in sides. Measured from inside a cell, its far parts count.
 pub const MIN_DISTANCE_SIDES: f32 = 0.25;

@@ -191,7 +191,7 @@ pub(super) fn discontinuities(
                 local_bound(expressions, number, HeldBranches::OwnPiece, region_bounds)?
             }
         };
-        if expressions.as_constant(slope.slope) != Some(0.0) {
+        if slope.constant_slope(expressions) != Some(0.0) {
             result.push(Discontinuity {
                 number,
                 surface,

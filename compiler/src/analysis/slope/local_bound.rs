@@ -1,9 +1,12 @@
 //! Bounds of changes near a point, for numbers without a slope bound. They occur around the axis of an angle,
 //! beside a pole, and at the branch point of a root.
 //!
-//! Within a distance `d`, the number changes by at most `slope · d / (1 − growth · d)`. Sums, products
-//! and quotients of such numbers have such a bound again, and so have elementary functions of them. The
-//! bounds are themselves numbers of the point.
+//! Within a distance `d`, the number changes by at most `(slope · d + curvature · d²) / (1 − growth · d)`.
+//! Sums, products and quotients of such numbers have such a bound again, and so have elementary functions of
+//! them. The bounds are themselves numbers of the point.
+//!
+//! Only poles and branch points need `growth`. The product of two factors that are zero changes by the
+//! square of the distance. Its slope is zero, and without `curvature` its growth would be infinite.
 
 use super::region_bounds::RegionBounds;
 use crate::analysis::box_eval::HeldBranches;
@@ -17,6 +20,8 @@ use std::collections::HashMap;
 pub(super) struct LocalBound {
     /// Slope at the point.
     pub(super) slope: ExprId,
+    /// Coefficient of the squared distance; `None` for zero.
+    pub(super) curvature: Option<ExprId>,
     /// Reciprocal of the distance at which the bound becomes infinite; `None` for zero.
     pub(super) growth: Option<ExprId>,
     /// Distance up to which the bound holds; `None` if it holds for all distances.
@@ -28,6 +33,7 @@ impl LocalBound {
     pub(super) fn everywhere(expressions: &mut Expressions, slope: f64) -> Self {
         Self {
             slope: expressions.constant(slope),
+            curvature: None,
             growth: None,
             radius: None,
         }
@@ -35,13 +41,36 @@ impl LocalBound {
 
     /// Returns the slope, if it is one number that holds for all points and distances.
     pub(super) fn everywhere_slope(&self, expressions: &Expressions) -> Option<f64> {
-        let holds = self.growth.is_none() && self.radius.is_none();
-        expressions.as_constant(self.slope).filter(|_| holds)
+        self.constant_slope(expressions)
+            .filter(|_| self.radius.is_none())
     }
 
-    /// Reports whether it is one bound for all points.
-    pub(super) fn is_constant(&self, expressions: &Expressions) -> bool {
-        self.growth.is_none() && expressions.as_constant(self.slope).is_some()
+    /// Returns the slope, if it is one number for all points.
+    pub(super) fn constant_slope(&self, expressions: &Expressions) -> Option<f64> {
+        let is_linear = self.growth.is_none() && self.curvature.is_none();
+        expressions.as_constant(self.slope).filter(|_| is_linear)
+    }
+
+    /// Returns a distance within which the number changes by at most `size`, wherever the bound holds: the
+    /// root of `slope · d + curvature · d² = size · (1 − growth · d)`.
+    pub(super) fn distance_for_change(&self, e: &mut Expressions, size: ExprId) -> ExprId {
+        let mut slope = self.slope;
+        if let Some(growth) = self.growth {
+            let added_slope = e.call(Op::Mul, &[growth, size]);
+            slope = e.call(Op::Add, &[slope, added_slope]);
+        }
+        let Some(curvature) = self.curvature else {
+            return e.call(Op::Div, &[size, slope]);
+        };
+        let [two, four] = [2.0, 4.0].map(|value| e.constant(value));
+        let square = e.call(Op::Mul, &[slope, slope]);
+        let product = e.call(Op::Mul, &[curvature, size]);
+        let product = e.call(Op::Mul, &[four, product]);
+        let discriminant = e.call(Op::Add, &[square, product]);
+        let root = e.call(Op::Sqrt, &[discriminant]);
+        let divisor = e.call(Op::Add, &[slope, root]);
+        let dividend = e.call(Op::Mul, &[two, size]);
+        e.call(Op::Div, &[dividend, divisor])
     }
 }
 
@@ -53,7 +82,8 @@ pub(super) fn local_bound(
     held: HeldBranches,
     region_bounds: &mut RegionBounds,
 ) -> Option<LocalBound> {
-    LocalBoundBuilder::new(expressions, held, region_bounds).bound(number)
+    let scale = expressions.constant(region_bounds.size);
+    LocalBoundBuilder::new(expressions, held, region_bounds, scale).bound(number)
 }
 
 /// Returns the same for a number that is known to have no bound throughout.
@@ -63,11 +93,26 @@ pub(super) fn bound_without_global(
     held: HeldBranches,
     region_bounds: &mut RegionBounds,
 ) -> Option<LocalBound> {
-    LocalBoundBuilder::new(expressions, held, region_bounds).operation_bound(number)
+    let median_slope = region_bounds.median_slope(expressions, number);
+    let scale = match median_slope.filter(|slope| slope.is_normal()) {
+        Some(slope) => {
+            let distance = expressions.call(Op::Abs, &[number]);
+            let factor = expressions.constant(SCALE_DISTANCES / slope);
+            expressions.call(Op::Mul, &[distance, factor])
+        }
+        None => expressions.constant(region_bounds.size),
+    };
+    LocalBoundBuilder::new(expressions, held, region_bounds, scale).operation_bound(number)
 }
+
+/// Distance up to which curved factors are bounded by lines, in usual distances to the surface. Longer ones make
+/// the lines steeper, and shorter ones limit the step.
+const SCALE_DISTANCES: f64 = 4.0;
 
 struct LocalBoundBuilder<'a, 'b> {
     e: &'a mut Expressions,
+    /// Distance up to which curved factors of products are bounded by lines.
+    scale: ExprId,
     held: HeldBranches,
     region_bounds: &'a mut RegionBounds<'b>,
     cached: HashMap<ExprId, Option<LocalBound>>,
@@ -80,9 +125,11 @@ impl<'a, 'b> LocalBoundBuilder<'a, 'b> {
         e: &'a mut Expressions,
         held: HeldBranches,
         region_bounds: &'a mut RegionBounds<'b>,
+        scale: ExprId,
     ) -> Self {
         Self {
             e,
+            scale,
             held,
             region_bounds,
             cached: HashMap::new(),
@@ -205,8 +252,7 @@ impl<'a, 'b> LocalBoundBuilder<'a, 'b> {
 
     fn combined_bound(&mut self, a: ExprId, b: ExprId, op: Op) -> Option<LocalBound> {
         let (a, b) = (self.bound(a)?, self.bound(b)?);
-        let slope = self.call(op, &[a.slope, b.slope]);
-        Some(self.with_both_limits(slope, a, b))
+        Some(self.joined_bound(op, a, b))
     }
 
     /// Bounds one of two numbers, while the choice stays the same.
@@ -220,6 +266,7 @@ impl<'a, 'b> LocalBoundBuilder<'a, 'b> {
         };
         Some(LocalBound {
             slope: select_option(Some(a.slope), Some(b.slope), 0.0)?,
+            curvature: select_option(a.curvature, b.curvature, 0.0),
             growth: select_option(a.growth, b.growth, 0.0),
             radius: select_option(a.radius, b.radius, NO_SURFACE_DISTANCE),
         })
@@ -234,9 +281,7 @@ impl<'a, 'b> LocalBoundBuilder<'a, 'b> {
         };
         let excess = self.call(Op::Sub, &[a, number]);
         let excess = self.call(Op::Abs, &[excess]);
-        let slope_growth = self.call(Op::Mul, &[growth, excess]);
-        let slope = self.call(Op::Add, &[local.slope, slope_growth]);
-        let return_distance = self.call(Op::Div, &[excess, slope]);
+        let return_distance = local.distance_for_change(self.e, excess);
         let return_distance = self.combine_options(Op::Min, Some(return_distance), local.radius)?;
         // Fraction of the distance at which the bound becomes infinite.
         let fraction = self.call(Op::Mul, &[return_distance, growth]);
@@ -246,6 +291,9 @@ impl<'a, 'b> LocalBoundBuilder<'a, 'b> {
         let radius = local.radius.unwrap_or(no_surface);
         Some(LocalBound {
             slope: self.call(Op::Select, &[is_beyond, zero, local.slope]),
+            curvature: local
+                .curvature
+                .map(|curvature| self.call(Op::Select, &[is_beyond, zero, curvature])),
             growth: local.growth,
             radius: Some(self.call(Op::Select, &[is_beyond, return_distance, radius])),
         })
@@ -260,28 +308,57 @@ impl<'a, 'b> LocalBoundBuilder<'a, 'b> {
         let subtracted = self.call(Op::Sub, &[a, number]);
         let divisor_count = self.call(Op::Div, &[subtracted, b]);
         let divisor_count = self.call(Op::Abs, &[divisor_count]);
-        let divisor_slope = self.call(Op::Mul, &[divisor_count, divisor.slope]);
-        let slope = self.call(Op::Add, &[divided.slope, divisor_slope]);
-        Some(self.with_both_limits(slope, divided, divisor))
+        let subtracted_bound = self.scaled_bound(divisor_count, divisor);
+        Some(self.joined_bound(Op::Add, divided, subtracted_bound))
     }
 
     fn product_bound(&mut self, a: ExprId, b: ExprId) -> Option<LocalBound> {
         let (first, second) = (self.bound(a)?, self.bound(b)?);
         let [a, b] = [a, b].map(|value| self.call(Op::Abs, &[value]));
-        let first_term = self.call(Op::Mul, &[a, second.slope]);
-        let second_term = self.call(Op::Mul, &[b, first.slope]);
-        let slope = self.call(Op::Add, &[first_term, second_term]);
+        let first_term = self.scaled_bound(a, second);
+        let second_term = self.scaled_bound(b, first);
+        let bound = self.joined_bound(Op::Add, first_term, second_term);
+        let is_scaled = [first, second]
+            .iter()
+            .any(|factor| factor.constant_slope(self.e) == Some(0.0));
+        if is_scaled {
+            return Some(bound);
+        }
         // Both factors change at once.
-        let joint_slope = self.call(Op::Mul, &[first.slope, second.slope]);
-        let growth = match self.e.as_constant(joint_slope) {
-            Some(0.0) => None,
-            _ => Some(self.call(Op::Div, &[joint_slope, slope])),
+        let [first_slope, second_slope] = [first, second].map(|factor| self.linear_slope(factor));
+        let joint_slope = self.call(Op::Mul, &[first_slope, second_slope]);
+        let curved_factors = [first, second].map(|factor| factor.curvature.is_some());
+        let curved_factors = curved_factors.into_iter().filter(|&is_curved| is_curved);
+        let pole = match curved_factors.count() {
+            0 => None,
+            count => {
+                let count = self.e.constant(count as f64);
+                Some(self.call(Op::Div, &[count, self.scale]))
+            }
         };
-        let operands = self.with_both_limits(slope, first, second);
+        let mut growth = bound.growth;
+        if let Some(operand_growth) = growth {
+            // `1 / (1 − x)²` is at most `1 / (1 − 2x)`. A pole at the distance at which the joint change equals
+            // the linear one serves, too.
+            let joint_growth = self.call(Op::Div, &[joint_slope, bound.slope]);
+            let added_growth = self.call(Op::Min, &[operand_growth, joint_growth]);
+            growth = Some(self.call(Op::Add, &[operand_growth, added_growth]));
+        }
         Some(LocalBound {
-            growth: self.combine_options(Op::Add, operands.growth, growth),
-            ..operands
+            curvature: self.combine_options(Op::Add, bound.curvature, Some(joint_slope)),
+            growth: self.combine_options(Op::Add, growth, pole),
+            ..bound
         })
+    }
+
+    /// Returns the slope of a bound without curvature, beside that of its growth. With a pole at the distance
+    /// `scale`, it exceeds the curved one: `s + c · d ≤ (s + c · scale) / (1 − d / scale)`.
+    fn linear_slope(&mut self, bound: LocalBound) -> ExprId {
+        let Some(curvature) = bound.curvature else {
+            return bound.slope;
+        };
+        let added_slope = self.call(Op::Mul, &[curvature, self.scale]);
+        self.call(Op::Add, &[bound.slope, added_slope])
     }
 
     fn quotient_bound(&mut self, a: ExprId, b: ExprId) -> Option<LocalBound> {
@@ -289,14 +366,26 @@ impl<'a, 'b> LocalBoundBuilder<'a, 'b> {
         let size = self.call(Op::Abs, &[b]);
         let quotient = self.call(Op::Div, &[a, b]);
         let quotient = self.call(Op::Abs, &[quotient]);
-        let quotient_slope = self.call(Op::Mul, &[quotient, divisor.slope]);
-        let sum = self.call(Op::Add, &[dividend.slope, quotient_slope]);
-        let growth = self.call(Op::Div, &[divisor.slope, size]);
-        let slope = self.call(Op::Div, &[sum, size]);
-        let operands = self.with_both_limits(slope, dividend, divisor);
+        let divisor_term = self.scaled_bound(quotient, divisor);
+        let sum = self.joined_bound(Op::Add, dividend, divisor_term);
+        let mut growth = sum.growth;
+        if divisor.constant_slope(self.e) != Some(0.0) {
+            let pole = self.call(Op::Div, &[divisor.slope, size]);
+            growth = self.combine_options(Op::Add, growth, Some(pole));
+        }
+        if let Some(curvature) = divisor.curvature {
+            // The divisor is zero where `x + y² = 1`. There, `x + y` is at least one.
+            let square = self.call(Op::Div, &[curvature, size]);
+            let root = self.call(Op::Sqrt, &[square]);
+            growth = self.combine_options(Op::Add, growth, Some(root));
+        }
         Some(LocalBound {
-            growth: self.combine_options(Op::Add, operands.growth, Some(growth)),
-            ..operands
+            slope: self.call(Op::Div, &[sum.slope, size]),
+            curvature: sum
+                .curvature
+                .map(|curvature| self.call(Op::Div, &[curvature, size])),
+            growth,
+            radius: sum.radius,
         })
     }
 
@@ -310,6 +399,7 @@ impl<'a, 'b> LocalBoundBuilder<'a, 'b> {
         let factor = self.e.constant(1.0 / slope);
         Some(LocalBound {
             slope: self.quotient_by_magnitude(length, slope),
+            curvature: None,
             growth: Some(
                 self.quotient_by_magnitude(length, slope * (1.0 - std::f64::consts::FRAC_2_PI)),
             ),
@@ -338,8 +428,7 @@ impl<'a, 'b> LocalBoundBuilder<'a, 'b> {
         match (op, values.as_slice()) {
             (Op::Min | Op::Max, &[a, b]) => {
                 let (a, b) = (self.root_bound(a)?, self.root_bound(b)?);
-                let slope = self.call(Op::Max, &[a.slope, b.slope]);
-                Some(self.with_both_limits(slope, a, b))
+                Some(self.joined_bound(Op::Max, a, b))
             }
             _ => None,
         }
@@ -358,27 +447,30 @@ impl<'a, 'b> LocalBoundBuilder<'a, 'b> {
         }
     }
 
-    /// Bounds the length of a vector.
+    /// Bounds the length of a vector: by the lengths of its slopes and of its curvatures.
     fn length_bound(&mut self, components: &[ExprId]) -> Option<LocalBound> {
-        let mut length: Option<LocalBound> = None;
+        let mut squares: Option<LocalBound> = None;
         for &component in components {
             let local = self.bound(component)?;
-            let square = self.call(Op::Mul, &[local.slope, local.slope]);
-            length = Some(match length {
-                Some(length) => {
-                    let sum = self.call(Op::Add, &[length.slope, square]);
-                    self.with_both_limits(sum, length, local)
-                }
-                None => LocalBound {
-                    slope: square,
-                    ..local
-                },
+            let squared = LocalBound {
+                slope: self.call(Op::Mul, &[local.slope, local.slope]),
+                curvature: local
+                    .curvature
+                    .map(|curvature| self.call(Op::Mul, &[curvature, curvature])),
+                ..local
+            };
+            squares = Some(match squares {
+                Some(sum) => self.joined_bound(Op::Add, sum, squared),
+                None => squared,
             });
         }
-        let length = length?;
+        let squares = squares?;
         Some(LocalBound {
-            slope: self.call(Op::Sqrt, &[length.slope]),
-            ..length
+            slope: self.call(Op::Sqrt, &[squares.slope]),
+            curvature: squares
+                .curvature
+                .map(|square| self.call(Op::Sqrt, &[square])),
+            ..squares
         })
     }
 
@@ -392,11 +484,17 @@ impl<'a, 'b> LocalBoundBuilder<'a, 'b> {
     /// Bounds a function of a number, by its slope and its growth in that number.
     fn composed_bound(&mut self, a: ExprId, slope: ExprId, growth: ExprId) -> Option<LocalBound> {
         let local = self.bound(a)?;
-        let added_growth = self.call(Op::Mul, &[growth, local.slope]);
+        let mut added_growth = self.call(Op::Mul, &[growth, local.slope]);
+        if let Some(curvature) = local.curvature {
+            // The function's bound is infinite where `x + y² = 1`. There, `x + y` is at least one.
+            let square = self.call(Op::Mul, &[growth, curvature]);
+            let root = self.call(Op::Sqrt, &[square]);
+            added_growth = self.call(Op::Add, &[added_growth, root]);
+        }
+        let scaled = self.scaled_bound(slope, local);
         Some(LocalBound {
-            slope: self.call(Op::Mul, &[slope, local.slope]),
             growth: self.combine_options(Op::Add, local.growth, Some(added_growth)),
-            radius: local.radius,
+            ..scaled
         })
     }
 
@@ -411,10 +509,25 @@ impl<'a, 'b> LocalBoundBuilder<'a, 'b> {
         self.call(Op::Add, &[a, value])
     }
 
-    /// Returns a bound with this slope that holds where the bounds of both numbers do.
-    fn with_both_limits(&mut self, slope: ExprId, a: LocalBound, b: LocalBound) -> LocalBound {
+    /// Returns the bound of a number times a factor that is at least zero and does not change.
+    fn scaled_bound(&mut self, factor: ExprId, bound: LocalBound) -> LocalBound {
+        if bound.constant_slope(self.e) == Some(0.0) {
+            return bound;
+        }
         LocalBound {
-            slope,
+            slope: self.call(Op::Mul, &[factor, bound.slope]),
+            curvature: bound
+                .curvature
+                .map(|curvature| self.call(Op::Mul, &[factor, curvature])),
+            ..bound
+        }
+    }
+
+    /// Returns the sum or the maximum of two bounds, which holds where both do.
+    fn joined_bound(&mut self, op: Op, a: LocalBound, b: LocalBound) -> LocalBound {
+        LocalBound {
+            slope: self.call(op, &[a.slope, b.slope]),
+            curvature: self.combine_options(op, a.curvature, b.curvature),
             growth: self.combine_options(Op::Max, a.growth, b.growth),
             radius: self.combine_options(Op::Min, a.radius, b.radius),
         }

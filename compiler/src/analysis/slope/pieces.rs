@@ -57,12 +57,14 @@ pub(crate) fn continuous(
     expressions: &Expressions,
     number: ExprId,
     [region, sampled_region]: [&Bounds; 2],
+    size: f64,
     ranges: &ParamRanges,
     budget: &mut Budget,
 ) -> Option<f64> {
     let mut expressions = expressions.clone();
     let mut region_bounds = RegionBounds {
         region,
+        size,
         ranges,
         budget,
     };
@@ -98,11 +100,13 @@ pub(crate) fn step(
     number: ExprId,
     scope: SlopeScope,
     [region, sampled_region]: [&Bounds; 2],
+    size: f64,
     ranges: &ParamRanges,
     budget: &mut Budget,
 ) -> Option<ExprId> {
     let mut region_bounds = RegionBounds {
         region,
+        size,
         ranges,
         budget,
     };
@@ -128,10 +132,10 @@ pub(crate) fn step(
         return None;
     }
     let found_jumps = discontinuities(expressions, number, scope, &mut region_bounds)?;
-    let are_constant = slope.is_constant(expressions)
+    let are_constant = slope.constant_slope(expressions).is_some()
         && found_jumps
             .iter()
-            .all(|jump| jump.slope.is_constant(expressions));
+            .all(|jump| jump.slope.constant_slope(expressions).is_some());
     let mut writer = StepBuilder {
         expressions,
         number,
@@ -142,7 +146,7 @@ pub(crate) fn step(
         true => writer.visible_discontinuities(found_jumps, sampled_region, ranges),
         false => found_jumps,
     };
-    if found_jumps.is_empty() && writer.constant_slope().is_some() {
+    if found_jumps.is_empty() && writer.slope.constant_slope(writer.expressions).is_some() {
         return None;
     }
     let end_distances = distances_by_bounds(writer.expressions, number, region, ranges, budget);
@@ -160,7 +164,13 @@ fn are_finite_at_samples(
     region: &Bounds,
     ranges: &ParamRanges,
 ) -> bool {
-    let numbers: Vec<ExprId> = [Some(bound.slope), bound.growth, bound.radius]
+    let parts = [
+        Some(bound.slope),
+        bound.curvature,
+        bound.growth,
+        bound.radius,
+    ];
+    let numbers: Vec<ExprId> = parts
         .into_iter()
         .flatten()
         .filter(|&id| expressions.as_constant(id).is_none())
@@ -304,7 +314,7 @@ impl StepBuilder<'_> {
         let mut sides = SlopeSearch::new(self.expressions, &[near_side, far_side], ranges);
         let cost = 2 * surface_search.cost() + 3 * sides.cost();
         let max_points = (MAX_SAMPLING_OPERATIONS / cost).max(MIN_SAMPLE_POINTS);
-        let slope_bound = self.constant_slope();
+        let slope_bound = self.slope.constant_slope(self.expressions);
         let mut sampled = 0;
         for point in sample_points(region).take(max_points) {
             let mut is_sampled = false;
@@ -432,17 +442,10 @@ impl StepBuilder<'_> {
 
     /// Returns a distance within which a number changes by at most `size`.
     fn safe_distance(&mut self, size: ExprId, bound: LocalBound) -> ExprId {
-        if let Some(slope) = self.expressions.as_constant(bound.slope)
-            && bound.growth.is_none()
-        {
+        if let Some(slope) = bound.constant_slope(self.expressions) {
             return self.divide_by_slope(size, slope);
         }
-        let mut slope = bound.slope;
-        if let Some(growth) = bound.growth {
-            let added_slope = self.call(Op::Mul, &[growth, size]);
-            slope = self.call(Op::Add, &[slope, added_slope]);
-        }
-        let distance = self.call(Op::Div, &[size, slope]);
+        let distance = bound.distance_for_change(self.expressions, size);
         match bound.radius {
             Some(radius) => self.call(Op::Min, &[distance, radius]),
             None => distance,
@@ -591,18 +594,11 @@ impl StepBuilder<'_> {
         let mut shift = |id: ExprId| self.shifted_number(id, surfaces);
         let shifted_bound = LocalBound {
             slope: shift(bound.slope),
+            curvature: bound.curvature.map(&mut shift),
             growth: bound.growth.map(&mut shift),
             radius: bound.radius.map(&mut shift),
         };
         self.safe_distance(size, shifted_bound)
-    }
-
-    /// Returns the slope bound of all pieces, if it is a constant.
-    fn constant_slope(&self) -> Option<f64> {
-        match self.slope.growth {
-            Some(_) => None,
-            None => self.expressions.as_constant(self.slope.slope),
-        }
     }
 
     fn is_below(&mut self, id: ExprId) -> ExprId {

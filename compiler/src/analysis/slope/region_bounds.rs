@@ -18,6 +18,8 @@ const MAX_MEDIAN_RATIO: f64 = 4.0;
 /// Region in which bounds are searched.
 pub(super) struct RegionBounds<'a> {
     pub(super) region: &'a Bounds,
+    /// Size of the scene.
+    pub(super) size: f64,
     pub(super) ranges: &'a ParamRanges,
     pub(super) budget: &'a mut Budget,
 }

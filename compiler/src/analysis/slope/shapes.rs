@@ -159,6 +159,7 @@ impl ShapeSlopes {
     ) -> bool {
         let region_bounds = RegionBounds {
             region,
+            size: self.size,
             ranges: &self.ranges,
             budget: &mut self.budget,
         };
@@ -192,6 +193,7 @@ impl ShapeSlopes {
                     number,
                     scope,
                     [region, &sampled],
+                    self.size,
                     ranges,
                     budget,
                 )
@@ -512,9 +514,14 @@ impl ShapeSlopes {
         let (ranges, budget) = (&self.ranges, &mut self.budget);
         let bound = slope_bound(expressions, numbers, region, ranges, budget);
         let bound = bound.or_else(|| match numbers {
-            &[number] if has_discontinuities(expressions, number) => {
-                pieces::continuous(expressions, number, [region, &sampled], ranges, budget)
-            }
+            &[number] if has_discontinuities(expressions, number) => pieces::continuous(
+                expressions,
+                number,
+                [region, &sampled],
+                self.size,
+                ranges,
+                budget,
+            ),
             _ => None,
         });
         let bound = bound.map(|slope| slope.max(MIN_SLOPE));

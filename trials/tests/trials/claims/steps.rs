@@ -5,7 +5,9 @@ use super::{MAX_ROUNDING_PER_SIZE, ROUNDING_AMPLIFIERS, TrialPoints, corpus, siz
 use crate::oracle::{norm, point_along, random_direction, read_scene, unit_number};
 use sdfc_trials::campaign::{CheckOutcome, input_count, run};
 use sdfc_trials::random::Random;
-use sdfc_trials::shapes::solid;
+use sdfc_trials::shapes::{product_field, solid};
+use sdfc_vm::program::Opcode;
+use sdfc_vm::table::Op;
 
 /// Number of points from which steps are tested.
 const STEPS_PER_SHAPE: usize = 150;
@@ -80,6 +82,32 @@ fn steps_of_random_shapes_pass_no_surface() {
         check,
     );
     assert!(tally.accepted * 2 > tally.refused, "{tally:?}");
+}
+
+/// Bounds around a point hold although factors, and with them the slope there, are zero.
+#[test]
+fn steps_of_fields_with_products_pass_no_surface() {
+    let (mut largest_step, mut count): (f64, usize) = (0.0, 0);
+    for seed in 0..input_count(120, 2_000) {
+        let text = product_field(&mut Random::new(seed));
+        let Some(mut tested) = parse_shape(&text) else {
+            continue;
+        };
+        let is_piecewise = |code: &Opcode| matches!(code, Opcode::Op(Op::Piecewise));
+        if !tested.step.code.iter().any(|i| is_piecewise(&i.code)) {
+            continue;
+        }
+        tested.has_estimated_bound = false;
+        if let Some(violation) = find_violation(&tested, seed) {
+            panic!("{violation}\n{text}");
+        }
+        count += 1;
+        largest_step = largest_step.max(tested.step([2.0, 3.0, 0.0]).abs());
+    }
+    assert!(
+        count > 20 && largest_step > 0.01,
+        "{count} steps, {largest_step} at most"
+    );
 }
 
 #[test]
