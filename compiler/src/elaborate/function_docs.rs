@@ -167,7 +167,8 @@ const DESCRIPTIONS: &[(&str, &str, &str)] = &[
         "heightfield",
         "",
         "The solid below a height, within a rectangle and down to `base`. The height is a function of the \
-         point on the ground (a vec2).",
+         point on the ground (a vec2). By default, the base lies below the lowest height by a fiftieth of the \
+         longer side.",
     ),
     (
         "displace",

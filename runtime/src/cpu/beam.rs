@@ -1,12 +1,11 @@
 //! The stage `beam`: distance that the rays of each block of pixels can advance together.
 
-use super::ray_tasks::{RayTask, lanes};
+use super::ray_tasks::{RayTask, lane_vector, lanes, set_lane_vector, store_point};
 use super::{F32x64, LANES, Points};
 use crate::render::ray::{camera_ray, vector};
 use sdfc_shaders::layout::{self, FrameUniforms};
 use sdfc_shaders::{beam, camera, marching};
 use sdfc_vm::real::Real;
-use sdfc_vm::vector::V3;
 
 lanes! {
     /// Beams under way.
@@ -50,12 +49,15 @@ impl RayTask for Beams<'_> {
             widening = Real::max(widening, direction_difference);
         }
         let (low, high) = (vector(frame.bounds_min), vector(frame.bounds_max));
-        block.origin_x.0[lane] = centre_ray.origin.x;
-        block.origin_y.0[lane] = centre_ray.origin.y;
-        block.origin_z.0[lane] = centre_ray.origin.z;
-        block.direction_x.0[lane] = centre_ray.direction.x;
-        block.direction_y.0[lane] = centre_ray.direction.y;
-        block.direction_z.0[lane] = centre_ray.direction.z;
+        set_lane_vector!(block, lane, origin_x, origin_y, origin_z, centre_ray.origin);
+        set_lane_vector!(
+            block,
+            lane,
+            direction_x,
+            direction_y,
+            direction_z,
+            centre_ray.direction
+        );
         block.spread.0[lane] = spread;
         block.widening.0[lane] = widening;
         block.t.0[lane] = beam::start_t::<f32>(centre_ray.origin, low, high, spread);
@@ -67,21 +69,11 @@ impl RayTask for Beams<'_> {
     fn points(&self, block: &BeamLanes, points: &mut Points) {
         let (low, high) = (vector(self.frame.bounds_min), vector(self.frame.bounds_max));
         for i in 0..LANES {
-            let origin = V3::new(
-                block.origin_x.0[i],
-                block.origin_y.0[i],
-                block.origin_z.0[i],
-            );
-            let direction = V3::new(
-                block.direction_x.0[i],
-                block.direction_y.0[i],
-                block.direction_z.0[i],
-            );
+            let origin = lane_vector!(block, i, origin_x, origin_y, origin_z);
+            let direction = lane_vector!(block, i, direction_x, direction_y, direction_z);
             let p = camera::point_along::<f32>(origin, direction, block.t.0[i]);
             let p = beam::clamp_to_box::<f32>(p, low, high);
-            points[0].0[i] = p.x;
-            points[1].0[i] = p.y;
-            points[2].0[i] = p.z;
+            store_point(points, i, p);
         }
     }
 

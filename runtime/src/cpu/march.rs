@@ -1,13 +1,14 @@
 //! The stage `march`: rays advance to the surface.
 
-use super::ray_tasks::{ColumnChoice, RayTask, is_nan, lanes};
+use super::ray_tasks::{
+    ColumnChoice, RayTask, is_nan, lane_vector, lanes, set_lane_vector, store_point,
+};
 use super::{F32x64, LANES, Points};
 use crate::render::ray::{PixelRay, camera_ray, vector};
 use sdfc_shaders::layout::{Beam, FrameUniforms, RayState};
 use sdfc_shaders::marching::{self, FROM_INSIDE, Status};
 use sdfc_shaders::{beam, camera};
 use sdfc_vm::real::Real;
-use sdfc_vm::vector::V3;
 
 lanes! {
     /// Rays under way.
@@ -157,12 +158,15 @@ impl RayTask for March<'_> {
             ray.status = Status::Miss as u32;
             return false;
         }
-        block.origin_x.0[lane] = origin.x;
-        block.origin_y.0[lane] = origin.y;
-        block.origin_z.0[lane] = origin.z;
-        block.direction_x.0[lane] = direction.x;
-        block.direction_y.0[lane] = direction.y;
-        block.direction_z.0[lane] = direction.z;
+        set_lane_vector!(block, lane, origin_x, origin_y, origin_z, origin);
+        set_lane_vector!(
+            block,
+            lane,
+            direction_x,
+            direction_y,
+            direction_z,
+            direction
+        );
         block.exit_t.0[lane] = bounds.y;
         block.t.0[lane] = ray.t;
         block.field.0[lane] = 0.0;
@@ -178,20 +182,10 @@ impl RayTask for March<'_> {
     #[inline(always)]
     fn points(&self, block: &MarchLanes, points: &mut Points) {
         for i in 0..LANES {
-            let origin = V3::new(
-                block.origin_x.0[i],
-                block.origin_y.0[i],
-                block.origin_z.0[i],
-            );
-            let direction = V3::new(
-                block.direction_x.0[i],
-                block.direction_y.0[i],
-                block.direction_z.0[i],
-            );
+            let origin = lane_vector!(block, i, origin_x, origin_y, origin_z);
+            let direction = lane_vector!(block, i, direction_x, direction_y, direction_z);
             let p = camera::point_along::<f32>(origin, direction, block.t.0[i] + block.step.0[i]);
-            points[0].0[i] = p.x;
-            points[1].0[i] = p.y;
-            points[2].0[i] = p.z;
+            store_point(points, i, p);
         }
     }
 

@@ -3,7 +3,7 @@
 mod doubtful;
 
 use super::packet::NO_LEAF;
-use super::ray_tasks::repeat_first;
+use super::ray_tasks::{repeat_first, store_point};
 use super::tile::Tile;
 use super::{Evaluator, F32x64, FieldQuantity, LANES, Points};
 use crate::render::ray::{camera_ray, vector};
@@ -269,9 +269,7 @@ pub(super) fn direction(gradient: [f32; 3]) -> [f32; 3] {
 
 /// Writes a point to a lane.
 pub(super) fn set_lane(points: &mut Points, lane: usize, p: V3<f32>) {
-    points[0].0[lane] = p.x;
-    points[1].0[lane] = p.y;
-    points[2].0[lane] = p.z;
+    store_point(points, lane, p);
 }
 
 multiversion! {
@@ -291,9 +289,7 @@ fn face_rays_body(frame: &FrameUniforms, pixels: &Points, gradients: &mut [F32x6
             gradients[2].0[lane],
         );
         let normal = normals::facing::<f32>(gradient, direction, pixels[2].0[lane]);
-        gradients[0].0[lane] = normal.x;
-        gradients[1].0[lane] = normal.y;
-        gradients[2].0[lane] = normal.z;
+        store_point(gradients, lane, normal);
     }
 }
 
@@ -311,9 +307,7 @@ fn points_near_hit_body(frame: &FrameUniforms, pixels: &Points, side: f32, besid
         let ray = camera_ray(&frame, [pixels[0].0[lane], pixels[1].0[lane]]);
         let distance = normals::outside_distance(marching::rounding_at(t, frame.rounding)) * side;
         let p = camera::point_along::<f32>(ray.origin, ray.direction, t - distance);
-        beside[0].0[lane] = p.x;
-        beside[1].0[lane] = p.y;
-        beside[2].0[lane] = p.z;
+        store_point(beside, lane, p);
     }
 }
 

@@ -6,7 +6,7 @@
 
 mod candidate_check;
 
-use super::ray_tasks::{any_nonzero, is_nan, lanes, repeat_first};
+use super::ray_tasks::{any_nonzero, is_nan, lane_vector, lanes, repeat_first, set_lane_vector};
 use super::tile::Tile;
 use super::{Evaluator, F32x64, FieldQuantity, LANES, Points};
 use crate::render::ray::vector;
@@ -175,12 +175,8 @@ impl Taps<'_> {
                 vector(tile.normals[item]),
                 &tile.rays[item],
             );
-            block.x.0[lane] = p.x;
-            block.y.0[lane] = p.y;
-            block.z.0[lane] = p.z;
-            block.normal_x.0[lane] = normal.x;
-            block.normal_y.0[lane] = normal.y;
-            block.normal_z.0[lane] = normal.z;
+            set_lane_vector!(block, lane, x, y, z, p);
+            set_lane_vector!(block, lane, normal_x, normal_y, normal_z, normal);
             [block.pixel_x.0[lane], block.pixel_y.0[lane]] = tile.pixels[item];
             block.slope.0[lane] = tile.slopes[item];
             // The rounding of the field counts as open.
@@ -199,12 +195,8 @@ impl Taps<'_> {
         i: usize,
         index: f32,
     ) -> OcclusionTap {
-        let p = V3::new(block.x.0[i], block.y.0[i], block.z.0[i]);
-        let normal = V3::new(
-            block.normal_x.0[i],
-            block.normal_y.0[i],
-            block.normal_z.0[i],
-        );
+        let p = lane_vector!(block, i, x, y, z);
+        let normal = lane_vector!(block, i, normal_x, normal_y, normal_z);
         let reach = self.frame.occlusion_reach;
         if !IS_HEMISPHERE {
             let distance = occlusion::five_tap_distance(index, reach);

@@ -22,7 +22,7 @@ mod refine_roots;
 
 use super::leaf_bins::BinnedLeaf;
 use super::march::{outcome, step_lane};
-use super::ray_tasks::{ColumnChoice, Lanes, is_nan, lanes};
+use super::ray_tasks::{ColumnChoice, Lanes, is_nan, lane_vector, lanes, store_point};
 use super::{AabbLanes, Evaluator, F32x64, LANES, Points, RangeLanes};
 use crate::cells::{Cell, Cells, Occupancy};
 use entry::{
@@ -158,12 +158,8 @@ impl Marcher {
             if ray.status & SHOWN == 0 {
                 continue;
             }
-            let origin = V3::new(p.origin_x.0[lane], p.origin_y.0[lane], p.origin_z.0[lane]);
-            let direction = V3::new(
-                p.direction_x.0[lane],
-                p.direction_y.0[lane],
-                p.direction_z.0[lane],
-            );
+            let origin = lane_vector!(p, lane, origin_x, origin_y, origin_z);
+            let direction = lane_vector!(p, lane, direction_x, direction_y, direction_z);
             points[item as usize] = camera::point_along::<f32>(origin, direction, ray.t);
         }
         evaluations
@@ -508,20 +504,10 @@ multiversion! {
 #[inline(always)]
 fn next_points_body(block: &LeafRays, count: usize, points: &mut Points) {
     for i in 0..whole_chunks(count) {
-        let origin = V3::new(
-            block.origin_x.0[i],
-            block.origin_y.0[i],
-            block.origin_z.0[i],
-        );
-        let direction = V3::new(
-            block.direction_x.0[i],
-            block.direction_y.0[i],
-            block.direction_z.0[i],
-        );
+        let origin = lane_vector!(block, i, origin_x, origin_y, origin_z);
+        let direction = lane_vector!(block, i, direction_x, direction_y, direction_z);
         let p = camera::point_along::<f32>(origin, direction, block.t.0[i] + block.step.0[i]);
-        points[0].0[i] = p.x;
-        points[1].0[i] = p.y;
-        points[2].0[i] = p.z;
+        store_point(points, i, p);
     }
 }
 

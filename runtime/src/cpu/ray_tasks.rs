@@ -10,6 +10,7 @@
 
 use super::{Evaluator, F32x64, FieldQuantity, LANES, Points};
 use sdfc_vm::multiversion;
+use sdfc_vm::vector::V3;
 use std::{hint, iter};
 
 /// A kind of ray task. Its methods that loop over lanes are `#[inline(always)]`, so that they become part of
@@ -75,6 +76,32 @@ macro_rules! lanes {
     };
 }
 pub(super) use lanes;
+
+/// Reads a vector from three columns of a lane.
+macro_rules! lane_vector {
+    ($block:ident, $lane:expr, $x:ident, $y:ident, $z:ident) => {
+        sdfc_vm::vector::V3::new($block.$x.0[$lane], $block.$y.0[$lane], $block.$z.0[$lane])
+    };
+}
+
+/// Writes a vector to three columns of a lane.
+macro_rules! set_lane_vector {
+    ($block:ident, $lane:expr, $x:ident, $y:ident, $z:ident, $v:expr) => {
+        let v = $v;
+        $block.$x.0[$lane] = v.x;
+        $block.$y.0[$lane] = v.y;
+        $block.$z.0[$lane] = v.z;
+    };
+}
+pub(super) use {lane_vector, set_lane_vector};
+
+/// Writes a point to the first three columns of a lane.
+#[inline(always)]
+pub(super) fn store_point(columns: &mut [F32x64], lane: usize, p: V3<f32>) {
+    columns[0].0[lane] = p.x;
+    columns[1].0[lane] = p.y;
+    columns[2].0[lane] = p.z;
+}
 
 /// A choice between a new value for a place in a column and the old value there.
 ///

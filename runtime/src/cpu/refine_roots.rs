@@ -1,13 +1,14 @@
 //! The stage `refine_roots`: the ends of rays are moved onto the surface. Packets refine theirs in
 //! `packet/refine_roots.rs`.
 
-use super::ray_tasks::{ColumnChoice, RayTask, is_nan, lanes};
+use super::ray_tasks::{
+    ColumnChoice, RayTask, is_nan, lane_vector, lanes, set_lane_vector, store_point,
+};
 use super::{F32x64, LANES, Points};
 use crate::render::ray::{PixelRay, camera_ray};
 use sdfc_shaders::camera;
 use sdfc_shaders::layout::{FrameUniforms, RayState};
 use sdfc_shaders::marching::{self, FROM_INSIDE, MAX_SECANT_STEPS, Status};
-use sdfc_vm::vector::V3;
 
 lanes! {
     /// Ends of rays during secant refinement.
@@ -43,12 +44,15 @@ impl RayTask for RootRefinement<'_> {
         let PixelRay {
             origin, direction, ..
         } = camera_ray(frame, self.pixels[item as usize]);
-        block.origin_x.0[lane] = origin.x;
-        block.origin_y.0[lane] = origin.y;
-        block.origin_z.0[lane] = origin.z;
-        block.direction_x.0[lane] = direction.x;
-        block.direction_y.0[lane] = direction.y;
-        block.direction_z.0[lane] = direction.z;
+        set_lane_vector!(block, lane, origin_x, origin_y, origin_z, origin);
+        set_lane_vector!(
+            block,
+            lane,
+            direction_x,
+            direction_y,
+            direction_z,
+            direction
+        );
         block.t.0[lane] = ray.t;
         block.field.0[lane] = ray.field;
         block.t_other.0[lane] = ray.t_before;
@@ -67,20 +71,10 @@ impl RayTask for RootRefinement<'_> {
     #[inline(always)]
     fn points(&self, block: &RootLanes, points: &mut Points) {
         for i in 0..LANES {
-            let origin = V3::new(
-                block.origin_x.0[i],
-                block.origin_y.0[i],
-                block.origin_z.0[i],
-            );
-            let direction = V3::new(
-                block.direction_x.0[i],
-                block.direction_y.0[i],
-                block.direction_z.0[i],
-            );
+            let origin = lane_vector!(block, i, origin_x, origin_y, origin_z);
+            let direction = lane_vector!(block, i, direction_x, direction_y, direction_z);
             let p = camera::point_along::<f32>(origin, direction, block.estimate.0[i]);
-            points[0].0[i] = p.x;
-            points[1].0[i] = p.y;
-            points[2].0[i] = p.z;
+            store_point(points, i, p);
         }
     }
 

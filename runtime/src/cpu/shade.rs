@@ -1,7 +1,7 @@
 //! The stage `shade`: the light that each ray carries to the camera.
 
 use super::LANES;
-use super::ray_tasks::lanes;
+use super::ray_tasks::{lane_vector, lanes, set_lane_vector};
 use super::tile::Tile;
 use crate::render::ray::{camera_ray, vector};
 use sdfc_shaders::features::Features;
@@ -19,23 +19,6 @@ lanes! {
         red, green, blue, roughness, metallic, emitted_red, emitted_green, emitted_blue,
         sky_visibility, light_visibility, diffuse_red, diffuse_green, diffuse_blue, light_red, light_green, light_blue,
     }
-}
-
-/// Reads a vector from three columns of a lane.
-macro_rules! lane_vector {
-    ($block:ident, $lane:expr, $x:ident, $y:ident, $z:ident) => {
-        V3::new($block.$x.0[$lane], $block.$y.0[$lane], $block.$z.0[$lane])
-    };
-}
-
-/// Writes a vector to three columns of a lane.
-macro_rules! set_lane_vector {
-    ($block:ident, $lane:expr, $x:ident, $y:ident, $z:ident, $v:expr) => {
-        let v = $v;
-        $block.$x.0[$lane] = v.x;
-        $block.$y.0[$lane] = v.y;
-        $block.$z.0[$lane] = v.z;
-    };
 }
 
 /// Adds the light of a sample to the tile.

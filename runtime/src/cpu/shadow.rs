@@ -3,7 +3,10 @@
 mod candidate_check;
 mod sized;
 
-use super::ray_tasks::{ColumnChoice, RayTask, any_nonzero, is_nan, lanes, run_streamed};
+use super::ray_tasks::{
+    ColumnChoice, RayTask, any_nonzero, is_nan, lane_vector, lanes, run_streamed, set_lane_vector,
+    store_point,
+};
 use super::tile::Tile;
 use super::{Evaluator, F32x64, LANES, Points};
 use crate::render::ray::vector;
@@ -126,12 +129,15 @@ impl<const FORM: u32> RayTask for ShadowRays<'_, FORM> {
         } else {
             1.0
         };
-        block.start_x.0[lane] = start.x;
-        block.start_y.0[lane] = start.y;
-        block.start_z.0[lane] = start.z;
-        block.direction_x.0[lane] = direction.x;
-        block.direction_y.0[lane] = direction.y;
-        block.direction_z.0[lane] = direction.z;
+        set_lane_vector!(block, lane, start_x, start_y, start_z, start);
+        set_lane_vector!(
+            block,
+            lane,
+            direction_x,
+            direction_y,
+            direction_z,
+            direction
+        );
         block.exit_t.0[lane] = exit_t;
         block.light_t.0[lane] = light_t;
         block.field_before.0[lane] = 0.0;
@@ -150,9 +156,7 @@ impl<const FORM: u32> RayTask for ShadowRays<'_, FORM> {
             block.moves.0[lane] = 0.0;
         }
         if FORM == SIZED {
-            block.axis_x.0[lane] = direction.x;
-            block.axis_y.0[lane] = direction.y;
-            block.axis_z.0[lane] = direction.z;
+            set_lane_vector!(block, lane, axis_x, axis_y, axis_z, direction);
             block.size.0[lane] = self.light.size;
             block.ray_number.0[lane] = 0.0;
             block.best_visibility.0[lane] = -1.0;
@@ -165,16 +169,10 @@ impl<const FORM: u32> RayTask for ShadowRays<'_, FORM> {
     #[inline(always)]
     fn points(&self, block: &ShadowLanes, points: &mut Points) {
         for i in 0..LANES {
-            let start = V3::new(block.start_x.0[i], block.start_y.0[i], block.start_z.0[i]);
-            let direction = V3::new(
-                block.direction_x.0[i],
-                block.direction_y.0[i],
-                block.direction_z.0[i],
-            );
+            let start = lane_vector!(block, i, start_x, start_y, start_z);
+            let direction = lane_vector!(block, i, direction_x, direction_y, direction_z);
             let p = camera::point_along::<f32>(start, direction, block.t.0[i]);
-            points[0].0[i] = p.x;
-            points[1].0[i] = p.y;
-            points[2].0[i] = p.z;
+            store_point(points, i, p);
         }
         if FORM == SIZED && any_nonzero(&block.ray_number) {
             for i in 0..LANES {
@@ -230,9 +228,7 @@ impl<const FORM: u32> RayTask for ShadowRays<'_, FORM> {
                 lane_gradient(block, i),
             );
             let p = candidate::sample_point::<f32>(point, offset, phase, value, gradient, limit);
-            points[0].0[i] = p.x;
-            points[1].0[i] = p.y;
-            points[2].0[i] = p.z;
+            store_point(points, i, p);
         }
     }
 
@@ -296,17 +292,13 @@ const fn has_penumbra(form: u32) -> bool {
 /// Returns the part of the gradient in a lane that is measured so far.
 #[inline(always)]
 fn lane_gradient(block: &ShadowLanes, i: usize) -> V3<f32> {
-    V3::new(
-        block.gradient_x.0[i],
-        block.gradient_y.0[i],
-        block.gradient_z.0[i],
-    )
+    lane_vector!(block, i, gradient_x, gradient_y, gradient_z)
 }
 
 /// Returns the point of the candidate's round in a lane.
 #[inline(always)]
 fn round_point(block: &ShadowLanes, i: usize) -> V3<f32> {
-    let start = V3::new(block.start_x.0[i], block.start_y.0[i], block.start_z.0[i]);
+    let start = lane_vector!(block, i, start_x, start_y, start_z);
     camera::point_along::<f32>(start, lane_direction(block, i), block.candidate_t.0[i])
         + lane_offset(block, i)
 }
@@ -314,11 +306,7 @@ fn round_point(block: &ShadowLanes, i: usize) -> V3<f32> {
 /// Returns the direction of the ray in a lane.
 #[inline(always)]
 fn lane_direction(block: &ShadowLanes, i: usize) -> V3<f32> {
-    V3::new(
-        block.direction_x.0[i],
-        block.direction_y.0[i],
-        block.direction_z.0[i],
-    )
+    lane_vector!(block, i, direction_x, direction_y, direction_z)
 }
 
 /// Returns the light's size for the ray in a lane.
@@ -330,24 +318,18 @@ fn lane_size<const FORM: u32>(block: &ShadowLanes, i: usize, size: f32) -> f32 {
 /// Returns the direction from the start of the ray in a lane to the centre of the light.
 #[inline(always)]
 fn lane_axis(block: &ShadowLanes, i: usize) -> V3<f32> {
-    V3::new(block.axis_x.0[i], block.axis_y.0[i], block.axis_z.0[i])
+    lane_vector!(block, i, axis_x, axis_y, axis_z)
 }
 
 /// Returns the offset from the candidate in a lane to the point of its round.
 #[inline(always)]
 fn lane_offset(block: &ShadowLanes, i: usize) -> V3<f32> {
-    V3::new(
-        block.offset_x.0[i],
-        block.offset_y.0[i],
-        block.offset_z.0[i],
-    )
+    lane_vector!(block, i, offset_x, offset_y, offset_z)
 }
 
 #[inline(always)]
 fn set_direction(block: &mut ShadowLanes, i: usize, direction: V3<f32>) {
-    block.direction_x.0[i] = direction.x;
-    block.direction_y.0[i] = direction.y;
-    block.direction_z.0[i] = direction.z;
+    set_lane_vector!(block, i, direction_x, direction_y, direction_z, direction);
 }
 
 /// Begins the check of a lane's occluder candidate if `begins` is set. With `is_at_end` the ray ends after

@@ -191,7 +191,7 @@ pub(super) fn discontinuities(
                 local_bound(expressions, number, HeldBranches::OwnPiece, region_bounds)?
             }
         };
-        if slope.constant_slope(expressions) != Some(0.0) {
+        if !slope.is_zero(expressions) {
             result.push(Discontinuity {
                 number,
                 surface,

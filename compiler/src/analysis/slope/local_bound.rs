@@ -51,6 +51,11 @@ impl LocalBound {
         expressions.as_constant(self.slope).filter(|_| is_linear)
     }
 
+    /// Reports whether the number is the same at all points.
+    pub(super) fn is_zero(&self, expressions: &Expressions) -> bool {
+        self.constant_slope(expressions) == Some(0.0)
+    }
+
     /// Returns a distance within which the number changes by at most `size`, wherever the bound holds: the
     /// root of `slope · d + curvature · d² = size · (1 − growth · d)`.
     pub(super) fn distance_for_change(&self, e: &mut Expressions, size: ExprId) -> ExprId {
@@ -82,8 +87,7 @@ pub(super) fn local_bound(
     held: HeldBranches,
     region_bounds: &mut RegionBounds,
 ) -> Option<LocalBound> {
-    let scale = expressions.constant(region_bounds.size);
-    LocalBoundBuilder::new(expressions, held, region_bounds, scale).bound(number)
+    LocalBoundBuilder::new(expressions, held, region_bounds).bound(number)
 }
 
 /// Returns the same for a number that is known to have no bound throughout.
@@ -93,16 +97,9 @@ pub(super) fn bound_without_global(
     held: HeldBranches,
     region_bounds: &mut RegionBounds,
 ) -> Option<LocalBound> {
-    let median_slope = region_bounds.median_slope(expressions, number);
-    let scale = match median_slope.filter(|slope| slope.is_normal()) {
-        Some(slope) => {
-            let distance = expressions.call(Op::Abs, &[number]);
-            let factor = expressions.constant(SCALE_DISTANCES / slope);
-            expressions.call(Op::Mul, &[distance, factor])
-        }
-        None => expressions.constant(region_bounds.size),
-    };
-    LocalBoundBuilder::new(expressions, held, region_bounds, scale).operation_bound(number)
+    let mut builder = LocalBoundBuilder::new(expressions, held, region_bounds);
+    builder.root = Some(number);
+    builder.operation_bound(number)
 }
 
 /// Distance up to which curved factors are bounded by lines, in usual distances to the surface. Longer ones make
@@ -111,8 +108,10 @@ const SCALE_DISTANCES: f64 = 4.0;
 
 struct LocalBoundBuilder<'a, 'b> {
     e: &'a mut Expressions,
-    /// Distance up to which curved factors of products are bounded by lines.
-    scale: ExprId,
+    /// Number whose value divided by its slope is about the distance to the surface; `None` if there is none.
+    root: Option<ExprId>,
+    /// Distance up to which curved factors of products are bounded by lines, once one was met.
+    scale: Option<ExprId>,
     held: HeldBranches,
     region_bounds: &'a mut RegionBounds<'b>,
     cached: HashMap<ExprId, Option<LocalBound>>,
@@ -125,11 +124,11 @@ impl<'a, 'b> LocalBoundBuilder<'a, 'b> {
         e: &'a mut Expressions,
         held: HeldBranches,
         region_bounds: &'a mut RegionBounds<'b>,
-        scale: ExprId,
     ) -> Self {
         Self {
             e,
-            scale,
+            root: None,
+            scale: None,
             held,
             region_bounds,
             cached: HashMap::new(),
@@ -302,7 +301,7 @@ impl<'a, 'b> LocalBoundBuilder<'a, 'b> {
     /// Bounds a remainder, by the integer number of divisors that it subtracts.
     fn remainder_bound(&mut self, number: ExprId, a: ExprId, b: ExprId) -> Option<LocalBound> {
         let (divided, divisor) = (self.bound(a)?, self.bound(b)?);
-        if self.e.as_constant(divisor.slope) == Some(0.0) {
+        if divisor.is_zero(self.e) {
             return Some(divided);
         }
         let subtracted = self.call(Op::Sub, &[a, number]);
@@ -318,9 +317,7 @@ impl<'a, 'b> LocalBoundBuilder<'a, 'b> {
         let first_term = self.scaled_bound(a, second);
         let second_term = self.scaled_bound(b, first);
         let bound = self.joined_bound(Op::Add, first_term, second_term);
-        let is_scaled = [first, second]
-            .iter()
-            .any(|factor| factor.constant_slope(self.e) == Some(0.0));
+        let is_scaled = [first, second].iter().any(|factor| factor.is_zero(self.e));
         if is_scaled {
             return Some(bound);
         }
@@ -333,7 +330,8 @@ impl<'a, 'b> LocalBoundBuilder<'a, 'b> {
             0 => None,
             count => {
                 let count = self.e.constant(count as f64);
-                Some(self.call(Op::Div, &[count, self.scale]))
+                let scale = self.scale();
+                Some(self.call(Op::Div, &[count, scale]))
             }
         };
         let mut growth = bound.growth;
@@ -357,8 +355,31 @@ impl<'a, 'b> LocalBoundBuilder<'a, 'b> {
         let Some(curvature) = bound.curvature else {
             return bound.slope;
         };
-        let added_slope = self.call(Op::Mul, &[curvature, self.scale]);
+        let scale = self.scale();
+        let added_slope = self.call(Op::Mul, &[curvature, scale]);
         self.call(Op::Add, &[bound.slope, added_slope])
+    }
+
+    /// Returns the distance up to which curved factors are bounded by lines. It is a multiple of the usual distance
+    /// to the surface, or the size of the scene.
+    fn scale(&mut self) -> ExprId {
+        if let Some(scale) = self.scale {
+            return scale;
+        }
+        let by_slope = self.root.and_then(|root| {
+            let slope = self.region_bounds.median_slope(self.e, root)?;
+            slope.is_normal().then_some((root, slope))
+        });
+        let scale = match by_slope {
+            Some((root, slope)) => {
+                let value = self.call(Op::Abs, &[root]);
+                let factor = self.e.constant(SCALE_DISTANCES / slope);
+                self.call(Op::Mul, &[value, factor])
+            }
+            None => self.e.constant(self.region_bounds.size),
+        };
+        self.scale = Some(scale);
+        scale
     }
 
     fn quotient_bound(&mut self, a: ExprId, b: ExprId) -> Option<LocalBound> {
@@ -369,7 +390,7 @@ impl<'a, 'b> LocalBoundBuilder<'a, 'b> {
         let divisor_term = self.scaled_bound(quotient, divisor);
         let sum = self.joined_bound(Op::Add, dividend, divisor_term);
         let mut growth = sum.growth;
-        if divisor.constant_slope(self.e) != Some(0.0) {
+        if !divisor.is_zero(self.e) {
             let pole = self.call(Op::Div, &[divisor.slope, size]);
             growth = self.combine_options(Op::Add, growth, Some(pole));
         }
@@ -511,7 +532,7 @@ impl<'a, 'b> LocalBoundBuilder<'a, 'b> {
 
     /// Returns the bound of a number times a factor that is at least zero and does not change.
     fn scaled_bound(&mut self, factor: ExprId, bound: LocalBound) -> LocalBound {
-        if bound.constant_slope(self.e) == Some(0.0) {
+        if bound.is_zero(self.e) {
             return bound;
         }
         LocalBound {

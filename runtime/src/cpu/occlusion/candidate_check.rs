@@ -1,7 +1,9 @@
 //! Checks of occluder candidates at taps: whether a surface is as near as the field says, by the phases of
 //! [`candidate`].
 
-use super::super::ray_tasks::{ColumnChoice, RayTask, is_nan, lanes, run_streamed};
+use super::super::ray_tasks::{
+    ColumnChoice, RayTask, is_nan, lane_vector, lanes, run_streamed, set_lane_vector, store_point,
+};
 use super::super::{Evaluator, F32x64, FieldQuantity, LANES, Points};
 use super::OcclusionTap;
 use crate::cells::Aabb;
@@ -103,9 +105,7 @@ impl RayTask for CandidateChecks<'_> {
 
     fn begin(&mut self, item: u32, block: &mut CheckLanes, lane: usize) -> bool {
         let candidate = &self.candidates[item as usize];
-        block.x.0[lane] = candidate.tap.point.x;
-        block.y.0[lane] = candidate.tap.point.y;
-        block.z.0[lane] = candidate.tap.point.z;
+        set_lane_vector!(block, lane, x, y, z, candidate.tap.point);
         block.limit.0[lane] = candidate.limit();
         block.side.0[lane] = candidate.side;
         block.value.0[lane] = candidate.value;
@@ -130,9 +130,7 @@ impl RayTask for CandidateChecks<'_> {
             );
             let (phase, value, limit) = (block.phase.0[i], block.value.0[i], block.limit.0[i]);
             let p = candidate::sample_point::<f32>(point, offset, phase, value, gradient, limit);
-            points[0].0[i] = p.x;
-            points[1].0[i] = p.y;
-            points[2].0[i] = p.z;
+            store_point(points, i, p);
         }
     }
 
@@ -211,25 +209,17 @@ impl RayTask for CandidateChecks<'_> {
 /// Returns the point of the candidate's round in a lane.
 #[inline(always)]
 fn round_point(block: &CheckLanes, i: usize) -> V3<f32> {
-    V3::new(block.x.0[i], block.y.0[i], block.z.0[i]) + lane_offset(block, i)
+    lane_vector!(block, i, x, y, z) + lane_offset(block, i)
 }
 
 /// Returns the part of the gradient in a lane that is measured so far.
 #[inline(always)]
 fn lane_gradient(block: &CheckLanes, i: usize) -> V3<f32> {
-    V3::new(
-        block.gradient_x.0[i],
-        block.gradient_y.0[i],
-        block.gradient_z.0[i],
-    )
+    lane_vector!(block, i, gradient_x, gradient_y, gradient_z)
 }
 
 /// Returns the offset from the tap in a lane to the point of the candidate's round.
 #[inline(always)]
 fn lane_offset(block: &CheckLanes, i: usize) -> V3<f32> {
-    V3::new(
-        block.offset_x.0[i],
-        block.offset_y.0[i],
-        block.offset_z.0[i],
-    )
+    lane_vector!(block, i, offset_x, offset_y, offset_z)
 }

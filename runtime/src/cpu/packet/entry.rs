@@ -4,7 +4,7 @@
 use super::{LeafRays, Packet};
 use crate::cells::{Aabb, Cell};
 use crate::cpu::march::initial_side;
-use crate::cpu::ray_tasks::ColumnChoice;
+use crate::cpu::ray_tasks::{ColumnChoice, lane_vector, set_lane_vector, store_point};
 use crate::cpu::{F32x64, LANES, Points};
 use crate::render::ray::{camera_ray, vector};
 use sdfc_shaders::camera;
@@ -13,7 +13,6 @@ use sdfc_shaders::marching;
 use sdfc_vm::lanes::{CHUNK, bits};
 use sdfc_vm::multiversion;
 use sdfc_vm::real::Real;
-use sdfc_vm::vector::V3;
 
 multiversion! {
     /// Sets up the rays of pixels and their intersection with the scene's bounds. Reports whether any ray's
@@ -41,12 +40,8 @@ fn init_packet_body(
     for (lane, &pixel) in pixel.iter().enumerate() {
         let camera = camera_ray(frame, pixel);
         let (origin, direction) = (camera.origin, camera.direction);
-        p.origin_x.0[lane] = origin.x;
-        p.origin_y.0[lane] = origin.y;
-        p.origin_z.0[lane] = origin.z;
-        p.direction_x.0[lane] = direction.x;
-        p.direction_y.0[lane] = direction.y;
-        p.direction_z.0[lane] = direction.z;
+        set_lane_vector!(p, lane, origin_x, origin_y, origin_z, origin);
+        set_lane_vector!(p, lane, direction_x, direction_y, direction_z, direction);
         let inverse = |d: f32| 1.0 / (Real::max(Real::abs(d), 1e-12) * d.sign_nonzero());
         p.inverse_x.0[lane] = inverse(direction.x);
         p.inverse_y.0[lane] = inverse(direction.y);
@@ -186,12 +181,10 @@ multiversion! {
 #[inline(always)]
 fn entry_points_body(p: &Packet, points: &mut Points) {
     for i in 0..LANES {
-        let origin = V3::new(p.origin_x.0[i], p.origin_y.0[i], p.origin_z.0[i]);
-        let direction = V3::new(p.direction_x.0[i], p.direction_y.0[i], p.direction_z.0[i]);
+        let origin = lane_vector!(p, i, origin_x, origin_y, origin_z);
+        let direction = lane_vector!(p, i, direction_x, direction_y, direction_z);
         let p_ = camera::point_along::<f32>(origin, direction, p.entry_t.0[i]);
-        points[0].0[i] = p_.x;
-        points[1].0[i] = p_.y;
-        points[2].0[i] = p_.z;
+        store_point(points, i, p_);
     }
 }
 

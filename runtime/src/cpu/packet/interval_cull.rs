@@ -2,11 +2,11 @@
 
 use super::{LeafRays, whole_chunks};
 use crate::cpu::march::outcome;
+use crate::cpu::ray_tasks::lane_vector;
 use crate::cpu::{AabbLanes, RangeLanes};
 use sdfc_shaders::camera;
 use sdfc_vm::multiversion;
 use sdfc_vm::real::Real;
-use sdfc_vm::vector::V3;
 
 multiversion! {
     /// Computes the bounding boxes of the remaining segments in the leaf.
@@ -16,16 +16,8 @@ multiversion! {
 #[inline(always)]
 fn remaining_boxes_body(block: &LeafRays, count: usize, boxes: &mut AabbLanes) {
     for i in 0..whole_chunks(count) {
-        let origin = V3::new(
-            block.origin_x.0[i],
-            block.origin_y.0[i],
-            block.origin_z.0[i],
-        );
-        let direction = V3::new(
-            block.direction_x.0[i],
-            block.direction_y.0[i],
-            block.direction_z.0[i],
-        );
+        let origin = lane_vector!(block, i, origin_x, origin_y, origin_z);
+        let direction = lane_vector!(block, i, direction_x, direction_y, direction_z);
         // Rounding keeps the order of points along a ray, so the box of its ends contains all points between
         // them.
         let from = camera::point_along::<f32>(origin, direction, block.t.0[i]).to_array();

@@ -1,14 +1,13 @@
 //! Secant refinement of the hits in a leaf.
 
 use super::{Roots, whole_chunks};
-use crate::cpu::ray_tasks::{ColumnChoice, is_nan};
+use crate::cpu::ray_tasks::{ColumnChoice, is_nan, lane_vector, store_point};
 use crate::cpu::{F32x64, Points};
 use sdfc_shaders::camera;
 use sdfc_shaders::layout::FrameUniforms;
 use sdfc_shaders::marching;
 use sdfc_vm::multiversion;
 use sdfc_vm::real::Real;
-use sdfc_vm::vector::V3;
 
 multiversion! {
     /// Computes the points of the estimated roots. Reports whether any root is not yet settled.
@@ -56,20 +55,10 @@ fn estimate_roots_body(
     for i in 0..whole_chunks(count) {
         let is_settled = is_settled(frame, block, i);
         has_open |= u32::from(!is_settled & (i < count));
-        let origin = V3::new(
-            block.origin_x.0[i],
-            block.origin_y.0[i],
-            block.origin_z.0[i],
-        );
-        let direction = V3::new(
-            block.direction_x.0[i],
-            block.direction_y.0[i],
-            block.direction_z.0[i],
-        );
+        let origin = lane_vector!(block, i, origin_x, origin_y, origin_z);
+        let direction = lane_vector!(block, i, direction_x, direction_y, direction_z);
         let p = camera::point_along::<f32>(origin, direction, root_estimate(frame, block, i));
-        points[0].0[i] = p.x;
-        points[1].0[i] = p.y;
-        points[2].0[i] = p.z;
+        store_point(points, i, p);
     }
     has_open != 0
 }

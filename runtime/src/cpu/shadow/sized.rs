@@ -4,8 +4,8 @@ use super::{
     F32x64, LANES, LightParams, ShadowLanes, any_nonzero, begin_candidate_check, is_nan, lane_axis,
     lane_direction, set_direction,
 };
+use crate::cpu::ray_tasks::lane_vector;
 use sdfc_shaders::{marching, shadow};
-use sdfc_vm::vector::V3;
 
 /// Transitions of the lanes' rays after an evaluation: a ray goes on, ends, or begins as a rim ray.
 #[derive(Default)]
@@ -176,7 +176,7 @@ impl<const FORM: u32> LightParams<FORM> {
         let axis = lane_axis(block, i);
         let direction = shadow::rim_ray_direction::<f32>(axis, lane_direction(block, i), size);
         let light_t = shadow::light_plane_t::<f32>(direction, axis, block.light_t.0[i]);
-        let start = V3::new(block.start_x.0[i], block.start_y.0[i], block.start_z.0[i]);
+        let start = lane_vector!(block, i, start_x, start_y, start_z);
         let exit_t = shadow::exit_t::<f32>(start, direction, self.low, self.high, light_t, size);
         set_direction(block, i, direction);
         block.size.0[i] = size;
