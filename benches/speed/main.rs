@@ -3,6 +3,7 @@
 mod compile;
 mod edit;
 mod evaluate;
+mod frames;
 mod parse;
 mod refine;
 mod render;
@@ -17,6 +18,7 @@ criterion_group!(
     edit::bench,
     refine::bench,
     evaluate::bench,
-    render::bench
+    render::bench,
+    frames::bench
 );
 criterion_main!(speed);

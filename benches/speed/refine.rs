@@ -6,6 +6,7 @@
 //! Only the drawing is measured: the coarse picture, the full one and its refinement. The session's clock
 //! stands still during that time. It skips the delay after which the session considers a camera at rest.
 
+use crate::scenes;
 use criterion::measurement::WallTime;
 use criterion::{BenchmarkGroup, Criterion};
 use sdfc_io::files::Disk;
@@ -15,7 +16,7 @@ use sdfc_playground::session::{
     CameraEvent, Devices, Event, RefinementStage, Session, Task, TaskResult,
 };
 use sdfc_runtime::engine;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::time::Duration;
 
 pub(crate) fn bench(criterion: &mut Criterion) {
@@ -34,7 +35,7 @@ pub(crate) fn bench(criterion: &mut Criterion) {
 /// Measures the work after a camera rotation, for each example.
 fn each_example(group: &mut BenchmarkGroup<'_, WallTime>, act: fn(&mut BenchSession)) {
     group.warm_up_time(Duration::from_millis(100));
-    for path in examples() {
+    for path in scenes::examples() {
         let mut session = None;
         let name = path.file_stem().unwrap_or_default().to_string_lossy();
         group.bench_function(name, |bencher| {
@@ -45,21 +46,6 @@ fn each_example(group: &mut BenchmarkGroup<'_, WallTime>, act: fn(&mut BenchSess
             });
         });
     }
-}
-
-/// Returns the examples in order of their names.
-fn examples() -> Vec<PathBuf> {
-    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/examples");
-    let files = std::fs::read_dir(folder).expect("there are examples");
-    let paths = files.map(|entry| entry.expect("a file").path());
-    let mut scenes: Vec<_> = paths
-        .filter(|path| {
-            path.extension()
-                .is_some_and(|diagnostics| diagnostics == "sdf")
-        })
-        .collect();
-    scenes.sort();
-    scenes
 }
 
 /// A session whose tasks run at once.

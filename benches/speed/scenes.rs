@@ -1,10 +1,11 @@
-//! The scene of all benchmarks. It has `count` primitives (sphere, rotated box, torus and capsule in turn)
+//! The scenes of the benchmarks: the examples, and one of any size. That one has `count` primitives (sphere, rotated box, torus and capsule in turn)
 //! in groups of five. Each group is joined by union, smooth union and subtraction.
 
 use sdfc_compiler::compile::{self, Compiled, compile};
 use sdfc_compiler::elaborate::{self, elaborate};
 use sdfc_lang::Sources;
 use std::fmt::Write;
+use std::path::PathBuf;
 
 /// Settings of a picture with a shadow and occlusion.
 const SCENE_SETTINGS: &str = "\
@@ -52,6 +53,18 @@ pub(crate) fn text(count: usize) -> String {
         }
     }
     text
+}
+
+/// Returns the examples in order of their names.
+pub(crate) fn examples() -> Vec<PathBuf> {
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/examples");
+    let files = std::fs::read_dir(folder).expect("there are examples");
+    let paths = files.map(|entry| entry.expect("a file").path());
+    let mut scenes: Vec<_> = paths
+        .filter(|path| path.extension().is_some_and(|extension| extension == "sdf"))
+        .collect();
+    scenes.sort();
+    scenes
 }
 
 /// Compiles a scene.

@@ -5,11 +5,11 @@
 
 use libfuzzer_sys::fuzz_target;
 use sdfc_trials::checks;
-use sdfc_vm::file::sealed;
+use sdfc_vm::file::with_header;
 
 fuzz_target!(|bytes: &[u8]| {
     let words = bytes.as_chunks::<4>().0.iter();
     let words: Vec<u32> = words.map(|&word| u32::from_le_bytes(word)).collect();
-    checks::file(&sealed(&words));
+    checks::file(&with_header(&words));
     checks::file(bytes);
 });

@@ -49,7 +49,7 @@ impl Model {
             "boxes-100" => (boxes(100), CubeView::new(1.0, -25.0, 30.0), false, &[512]),
             "boxes-1000" => (boxes(1000), CubeView::new(1.0, -25.0, 30.0), false, &[512]),
             _ => {
-                let names = MODEL_NAMES.join(", ");
+                let known = MODEL_NAMES.join(", ");
                 return Err(format!("there is no model `{name}`, only {known}"));
             }
         };

@@ -40,8 +40,8 @@ pub enum Arithmetic {
     Default,
     /// Every operation as written, rounded to the nearest number. As long as no number is denormal, the bits
     /// are the same on every device and in every kernel. They equal those of `f32` in Rust. Requires a device
-    /// that rounds this way. Vulkan gets decorations, which cost nothing; other backends are opened as
-    /// [`Arithmetic::Portable`].
+    /// that rounds sums and products this way. Where it rounds quotients and roots otherwise, kernels compute
+    /// them with integers. Vulkan gets decorations; other backends are opened as [`Arithmetic::Portable`].
     Strict,
     /// [`Arithmetic::Strict`] on every backend, by hiding from the driver what it could rewrite. Slower.
     Portable,
@@ -57,6 +57,15 @@ impl Arithmetic {
     }
 }
 
+/// The place where strict kernels round quotients and square roots.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Rounding {
+    /// The device rounds them to the nearest float.
+    Device,
+    /// Integers do; the device comes only near.
+    Software,
+}
+
 /// An open device and its queue. Shared by reference; may be used from several threads.
 pub struct Gpu {
     /// Maximum duration of a wait before it ends in [`GpuError::Timeout`].
@@ -65,6 +74,7 @@ pub struct Gpu {
     queue: wgpu::Queue,
     info: DeviceInfo,
     arithmetic: Arithmetic,
+    rounding: Rounding,
     error_tracker: Arc<ErrorTracker>,
     pipelines: AtomicU64,
     /// Set when a wait timed out: the queue may never respond, see `Drop`.
@@ -160,18 +170,25 @@ impl Gpu {
                 }
             })?;
         let error_tracker = ErrorTracker::watch(&device);
-        let gpu = Self {
+        let mut gpu = Self {
             timeout: Self::DEFAULT_TIMEOUT,
             device,
             queue,
             info,
             arithmetic,
+            rounding: Rounding::Device,
             error_tracker,
             pipelines: AtomicU64::new(0),
             is_unresponsive: AtomicBool::new(false),
         };
         if arithmetic.is_strict() {
-            strict::conformance::check(&gpu)?;
+            match strict::conformance::check(&gpu) {
+                Err(GpuError::Inexact { .. }) => {
+                    gpu.rounding = Rounding::Software;
+                    strict::conformance::check(&gpu)?;
+                }
+                result => result?,
+            }
             // The kernels of the conformance check are not counted.
             gpu.pipelines.store(0, Ordering::Relaxed);
         }

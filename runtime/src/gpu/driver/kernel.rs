@@ -7,7 +7,7 @@ use std::sync::atomic::Ordering;
 use naga::valid::{Capabilities, ModuleInfo, ValidationFlags, Validator};
 
 use super::error::{panic_text, within};
-use super::{Arithmetic, Gpu, GpuError, strict};
+use super::{Arithmetic, Gpu, GpuError, Rounding, strict};
 
 /// Maximum length of a kernel's text, in bytes. About ten thousand primitives take a tenth of it.
 const MAX_TEXT_BYTES: usize = 4 << 20;
@@ -87,16 +87,36 @@ impl Gpu {
         let kernel = on_large_stack(
             BASE_STACK_BYTES + STACK_BYTES_PER_TEXT_BYTE * source.wgsl.len(),
             || {
-                let (module, info, workgroup_size) = parse(source)?;
+                let (mut module, mut info, workgroup_size) = parse(source)?;
                 let shader_error = |text| GpuError::Shader {
                     label: source.label.to_owned(),
                     text,
                 };
+                let internal_error = |text| GpuError::Internal(format!("strict kernels: {text}"));
                 if self.arithmetic.is_strict() {
                     strict::exact::check(&module, &info).map_err(shader_error)?;
+                    let mut rewrites = strict::rewriter::Rewrites {
+                        barriers: self.arithmetic == Arithmetic::Portable,
+                        rounding: None,
+                    };
+                    if self.rounding == Rounding::Software {
+                        let wgsl = strict::rounding::with_functions(source.wgsl);
+                        (module, info, _) = parse(&KernelSource {
+                            wgsl: &wgsl,
+                            ..*source
+                        })?;
+                        rewrites.rounding = strict::rounding::RoundingFunctions::find(&module);
+                    }
+                    if rewrites.any() {
+                        module = strict::rewriter::rewrite(&module, &info, source.entry, rewrites)
+                            .map_err(shader_error)?;
+                        info = validator()
+                            .validate(&module)
+                            .map_err(|error| internal_error(error.into_inner().to_string()))?;
+                    }
                 }
                 let (code, sizes) = match self.arithmetic {
-                    Arithmetic::Default => (
+                    Arithmetic::Default | Arithmetic::Portable => (
                         ModuleCode::Module(Box::new(module)),
                         vec![None; source.bindings.len()],
                     ),
@@ -105,14 +125,6 @@ impl Gpu {
                         self.check_workgroup(source.label, &module, workgroup_size)?;
                         let words = strict::spirv_words(&module, &info, source.bindings)?;
                         (ModuleCode::Words(words), sizes)
-                    }
-                    Arithmetic::Portable => {
-                        let module = strict::portable::with_barriers(&module, &info, source.entry)
-                            .map_err(shader_error)?;
-                        (
-                            ModuleCode::Module(Box::new(module)),
-                            vec![None; source.bindings.len()],
-                        )
                     }
                 };
                 self.error_tracker
@@ -221,6 +233,11 @@ enum ModuleCode {
     Words(Vec<u32>),
 }
 
+/// Returns a validator of plain WGSL without extensions.
+fn validator() -> Validator {
+    Validator::new(ValidationFlags::all(), Capabilities::empty())
+}
+
 /// Parses the text, validates it against plain WGSL without extensions, and finds the workgroup size of the
 /// entry point.
 fn parse(source: &KernelSource<'_>) -> Result<(naga::Module, ModuleInfo, [u32; 3]), GpuError> {
@@ -230,7 +247,7 @@ fn parse(source: &KernelSource<'_>) -> Result<(naga::Module, ModuleInfo, [u32; 3
     };
     let module = naga::front::wgsl::parse_str(source.wgsl)
         .map_err(|error| shader_error(error.emit_to_string_with_path(source.wgsl, source.label)))?;
-    let info = Validator::new(ValidationFlags::all(), Capabilities::empty())
+    let info = validator()
         .validate(&module)
         .map_err(|error| shader_error(error.emit_to_string_with_path(source.wgsl, source.label)))?;
     let is_entry = |entry: &&naga::EntryPoint| {

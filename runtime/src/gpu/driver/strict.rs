@@ -11,13 +11,15 @@
 //! ([`binding_sizes`]). Workgroups keep the device's limits ([`check_workgroup`]). naga's writer adds what
 //! wgpu requires: clamped indices, loops that end, no division of integers by zero, zeroed workgroup memory.
 //!
-//! The rounding of single operations is left to the device; [`conformance`] tests it before anything else
-//! runs. Backends without SPIR-V use the [`portable`] form. Both forms are limited to the operations that
+//! [`conformance`] tests the rounding of single operations before anything else runs. On devices that round
+//! quotients and roots by rules of their own, kernels call the functions of [`rounding`] instead. Backends
+//! without SPIR-V use the portable form of [`rewriter`]. Both forms are limited to the operations that
 //! [`exact`] allows.
 
 pub(super) mod conformance;
 pub(super) mod exact;
-pub(super) mod portable;
+pub(super) mod rewriter;
+pub(super) mod rounding;
 
 use std::num::NonZeroU64;
 

@@ -1,7 +1,8 @@
-//! The portable form of strict kernels, for backends without decorations. Whatever a driver could fuse,
-//! reorder or simplify is hidden from it in the module itself, and thus in every language that naga writes.
+//! Rewrites the functions of strict kernels where a driver or a device would not compute as written.
 //!
-//! A barrier follows each operation that rounds, and hides each constant before its use:
+//! **Barriers** are the portable form, for backends without decorations. Whatever a driver could fuse, reorder
+//! or simplify is hidden from it in the module itself, and thus in every language that naga writes. A barrier
+//! follows each operation that rounds, and hides each constant before its use:
 //!
 //! ```wgsl
 //! let e_5 = select(0u, 1u, arrayLength(&made) == 0u);           // once in a function
@@ -14,32 +15,57 @@
 //! Operations that select an operand or change a sign (`min`, `select`, `abs`, negation) need no barrier, nor
 //! does a zero. However they are rewritten, the bits are the same.
 //!
-//! As with decorations, the rounding of single operations is left to the device.
+//! **Software rounding** replaces quotients and square roots by calls of the functions of [`super::rounding`],
+//! for devices that round these operations by rules of their own.
 
 use naga::valid::{FunctionInfo, GlobalUse, ModuleInfo};
 use naga::{
     AddressSpace, Arena, ArraySize, BinaryOperator, Block, Expression, Function, GlobalVariable,
-    Handle, Literal, MathFunction, Module, ScalarKind, Span, Statement, SwitchCase, TypeInner,
-    VectorSize,
+    Handle, Literal, MathFunction, Module, Scalar, ScalarKind, Span, Statement, SwitchCase, Type,
+    TypeInner, UniqueArena, VectorSize,
 };
 
-/// Returns the module with barriers, for the entry point of this name. The error names the part that has no
-/// portable form.
-pub(in super::super) fn with_barriers(
+use super::rounding::RoundingFunctions;
+
+/// The changes to a module.
+#[derive(Clone, Copy, Debug)]
+pub(in super::super) struct Rewrites {
+    /// Inserts barriers.
+    pub(in super::super) barriers: bool,
+    /// Computes quotients and square roots with the module's rounding functions, if given.
+    pub(in super::super) rounding: Option<RoundingFunctions>,
+}
+
+impl Rewrites {
+    /// Reports whether there is any change.
+    pub(in super::super) fn any(self) -> bool {
+        self.barriers || self.rounding.is_some()
+    }
+}
+
+/// Returns the module with these changes, for the entry point of this name. The error names the part that
+/// cannot be rewritten.
+pub(in super::super) fn rewrite(
     module: &Module,
     info: &ModuleInfo,
     entry: &str,
+    rewrites: Rewrites,
 ) -> Result<Module, String> {
     let mut variables = module.global_variables.iter();
-    if variables.any(|(_, variable)| variable.init.is_some()) {
+    if rewrites.barriers && variables.any(|(_, variable)| variable.init.is_some()) {
         return Err("a variable outside all functions begins with a value".to_owned());
     }
     let runtime_array = find_runtime_array(module, info, entry);
-    let rewrite =
-        |function, info| BarrierInserter::insert_barriers(module, function, info, runtime_array);
+    let mut types = module.types.clone();
+    let mut rewrite = |function, info| {
+        Rewriter::rewrite(module, function, info, &mut types, rewrites, runtime_array)
+    };
     let functions = module.functions.iter();
     let functions: Vec<Option<Function>> = functions
-        .map(|(handle, function)| rewrite(function, &info[handle]))
+        .map(|(handle, function)| match rewrites.rounding {
+            Some(rounding) if rounding.contains(handle) => Ok(None),
+            _ => rewrite(function, &info[handle]),
+        })
         .collect::<Result<_, _>>()?;
     let entries = module.entry_points.iter().enumerate();
     let entries: Vec<Option<Function>> = entries
@@ -47,6 +73,7 @@ pub(in super::super) fn with_barriers(
         .collect::<Result<_, _>>()?;
 
     let mut module = module.clone();
+    module.types = types;
     let old_functions = module.functions.iter_mut().map(|(_, function)| function);
     let old_entries = module.entry_points.iter_mut().map(|e| &mut e.function);
     let old = old_functions.chain(old_entries);
@@ -96,34 +123,48 @@ fn find_runtime_array(module: &Module, info: &ModuleInfo, entry: &str) -> Option
 }
 
 /// Rebuilds a function, since operands must precede the expressions that use them.
-struct BarrierInserter<'a> {
+struct Rewriter<'a> {
     module: &'a Module,
     old: &'a Function,
     info: &'a FunctionInfo,
+    /// The types of the new module.
+    types: &'a mut UniqueArena<Type>,
+    rewrites: Rewrites,
     expressions: Arena<Expression>,
+    /// Number of new expressions that statements emit, or that need none.
+    emitted: usize,
     /// The new expression for each old one visited so far.
     new: Vec<Option<Handle<Expression>>>,
     /// The masks for numbers of one to four components.
     masks: Vec<Handle<Expression>>,
+    /// Number of inserted barriers.
     barriers: usize,
+    /// Number of inserted calls of rounding functions.
+    calls: usize,
 }
 
-impl BarrierInserter<'_> {
-    /// Returns the function with its barriers; `None` if it needs none.
-    fn insert_barriers(
+impl Rewriter<'_> {
+    /// Returns the new function; `None` if nothing changes.
+    fn rewrite(
         module: &Module,
         old: &Function,
         info: &FunctionInfo,
+        types: &mut UniqueArena<Type>,
+        rewrites: Rewrites,
         runtime_array: Option<RuntimeArray>,
     ) -> Result<Option<Function>, String> {
-        let mut this = BarrierInserter {
+        let mut this = Rewriter {
             module,
             old,
             info,
+            types,
+            rewrites,
             expressions: Arena::new(),
+            emitted: 0,
             new: vec![None; old.expressions.len()],
             masks: Vec::new(),
             barriers: 0,
+            calls: 0,
         };
         // These expressions belong to no statement.
         for (handle, expression) in old.expressions.iter() {
@@ -135,10 +176,10 @@ impl BarrierInserter<'_> {
         this.create_masks(runtime_array, &mut body);
         let local_variables = this.locals(&mut body)?;
         body.extend_block(this.block(&old.body)?);
-        if this.barriers == 0 {
+        if this.barriers + this.calls == 0 {
             return Ok(None);
         }
-        if runtime_array.is_none() {
+        if this.barriers > 0 && runtime_array.is_none() {
             return Err("there is no storage buffer with an array of any length".to_owned());
         }
         let names = old.named_expressions.iter();
@@ -159,14 +200,19 @@ impl BarrierInserter<'_> {
 
     /// Creates the masks.
     fn create_masks(&mut self, runtime_array: Option<RuntimeArray>, body: &mut Block) {
+        if !self.rewrites.barriers {
+            self.emitted = self.expressions.len();
+            return;
+        }
         let [zero, one] = [0, 1].map(|n| self.append(Expression::Literal(Literal::U32(n))));
         let Some((buffer, member)) = runtime_array else {
             // Without barriers the masks are not used.
             self.masks = vec![zero; 4];
+            self.emitted = self.expressions.len();
             return;
         };
         let buffer = self.append(Expression::GlobalVariable(buffer));
-        let start = self.expressions.len();
+        self.emitted = self.expressions.len();
         let array = match member {
             Some(index) => self.append(Expression::AccessIndex {
                 base: buffer,
@@ -188,7 +234,7 @@ impl BarrierInserter<'_> {
         let sizes = [VectorSize::Bi, VectorSize::Tri, VectorSize::Quad];
         let vectors = sizes.map(|size| self.append(Expression::Splat { size, value: mask }));
         self.masks = [mask].into_iter().chain(vectors).collect();
-        self.emit(start, body);
+        self.emit(body);
     }
 
     /// Copies the local variables. Initial values are stored into them instead: an initializer is a constant
@@ -198,6 +244,7 @@ impl BarrierInserter<'_> {
         for (handle, local) in locals.iter_mut() {
             if let Some(value) = local.init.take() {
                 let pointer = self.append(Expression::LocalVariable(handle));
+                self.emitted = self.expressions.len();
                 let value = self.operand(value, body)?;
                 body.push(Statement::Store { pointer, value }, Span::UNDEFINED);
             }
@@ -216,14 +263,16 @@ impl BarrierInserter<'_> {
             .expressions
             .append(self.old.expressions[old].clone(), span);
         self.new[old.index()] = Some(copied);
+        self.emitted = self.expressions.len();
         copied
     }
 
-    /// Emits the expressions appended since there were `start` of them.
-    fn emit(&mut self, start: usize, block: &mut Block) {
-        if self.expressions.len() > start {
-            let range = self.expressions.range_from(start);
+    /// Emits the expressions that no statement emits yet.
+    fn emit(&mut self, block: &mut Block) {
+        if self.expressions.len() > self.emitted {
+            let range = self.expressions.range_from(self.emitted);
             block.push(Statement::Emit(range), Span::UNDEFINED);
+            self.emitted = self.expressions.len();
         }
     }
 
@@ -237,8 +286,11 @@ impl BarrierInserter<'_> {
         (scalar.kind == ScalarKind::Float).then_some(components)
     }
 
-    /// Hides a number from the driver without changing its bits.
+    /// Hides a number from the driver without changing its bits, in the portable form.
     fn barrier(&mut self, number: Handle<Expression>, components: usize) -> Handle<Expression> {
+        if !self.rewrites.barriers {
+            return number;
+        }
         self.barriers += 1;
         let cast = |expr, kind| Expression::As {
             expr,
@@ -255,11 +307,15 @@ impl BarrierInserter<'_> {
     }
 
     /// Returns an expression for use by another one; constants are hidden.
-    fn used(&mut self, old: Handle<Expression>) -> Result<Handle<Expression>, String> {
+    fn used(
+        &mut self,
+        old: Handle<Expression>,
+        block: &mut Block,
+    ) -> Result<Handle<Expression>, String> {
         let new = match self.new[old.index()] {
             Some(new) => new,
             // Expressions that no statement emits are constants.
-            None => self.rebuild(old)?,
+            None => self.rebuild(old, block)?,
         };
         let is_constant = match self.old.expressions[old] {
             Expression::Literal(Literal::F32(number)) => number != 0.0,
@@ -278,9 +334,8 @@ impl BarrierInserter<'_> {
         old: Handle<Expression>,
         block: &mut Block,
     ) -> Result<Handle<Expression>, String> {
-        let start = self.expressions.len();
-        let new = self.used(old)?;
-        self.emit(start, block);
+        let new = self.used(old, block)?;
+        self.emit(block);
         Ok(new)
     }
 
@@ -298,21 +353,25 @@ impl BarrierInserter<'_> {
     }
 
     /// Rebuilds an expression from its new operands, followed by a barrier if it rounds.
-    fn rebuild(&mut self, old: Handle<Expression>) -> Result<Handle<Expression>, String> {
+    fn rebuild(
+        &mut self,
+        old: Handle<Expression>,
+        block: &mut Block,
+    ) -> Result<Handle<Expression>, String> {
         let mut expression = self.old.expressions[old].clone();
         let rounds = match &mut expression {
             Expression::Compose { components, .. } => {
                 for component in components {
-                    *component = self.used(*component)?;
+                    *component = self.used(*component, block)?;
                 }
                 false
             }
             Expression::Access { base, index } => {
-                [*base, *index] = [self.used(*base)?, self.used(*index)?];
+                [*base, *index] = [self.used(*base, block)?, self.used(*index, block)?];
                 self.is_table_element(old)
             }
             Expression::AccessIndex { base, .. } => {
-                *base = self.used(*base)?;
+                *base = self.used(*base, block)?;
                 self.is_table_element(old)
             }
             Expression::Splat { value: operand, .. }
@@ -325,15 +384,15 @@ impl BarrierInserter<'_> {
                 argument: operand, ..
             }
             | Expression::Unary { expr: operand, .. } => {
-                *operand = self.used(*operand)?;
+                *operand = self.used(*operand, block)?;
                 false
             }
             Expression::As { expr, convert, .. } => {
-                *expr = self.used(*expr)?;
+                *expr = self.used(*expr, block)?;
                 convert.is_some()
             }
             Expression::Binary { left, right, .. } => {
-                [*left, *right] = [self.used(*left)?, self.used(*right)?];
+                [*left, *right] = [self.used(*left, block)?, self.used(*right, block)?];
                 true
             }
             Expression::Select {
@@ -342,7 +401,7 @@ impl BarrierInserter<'_> {
                 reject,
             } => {
                 for operand in [condition, accept, reject] {
-                    *operand = self.used(*operand)?;
+                    *operand = self.used(*operand, block)?;
                 }
                 false
             }
@@ -353,9 +412,9 @@ impl BarrierInserter<'_> {
                 arg2,
                 arg3,
             } => {
-                *arg = self.used(*arg)?;
+                *arg = self.used(*arg, block)?;
                 for operand in [arg1, arg2, arg3].into_iter().flatten() {
-                    *operand = self.used(*operand)?;
+                    *operand = self.used(*operand, block)?;
                 }
                 !matches!(
                     fun,
@@ -364,6 +423,26 @@ impl BarrierInserter<'_> {
             }
             other => return Err(format!("{other:?} is not known to it")),
         };
+        if let Some(rounding) = self.rewrites.rounding
+            && let Some(components) = self.float_components(old)
+        {
+            let (function, operands) = match expression {
+                Expression::Binary {
+                    op: BinaryOperator::Divide,
+                    left,
+                    right,
+                } => (Some(rounding.quotient), vec![left, right]),
+                Expression::Math {
+                    fun: MathFunction::Sqrt,
+                    arg,
+                    ..
+                } => (Some(rounding.root), vec![arg]),
+                _ => (None, Vec::new()),
+            };
+            if let Some(function) = function {
+                return Ok(self.call(function, &operands, components, block));
+            }
+        }
         let span = self.old.expressions.get_span(old);
         let new = self.expressions.append(expression, span);
         Ok(match self.float_components(old) {
@@ -372,16 +451,68 @@ impl BarrierInserter<'_> {
         })
     }
 
+    /// Calls a function of numbers for each component of its operands.
+    fn call(
+        &mut self,
+        function: Handle<Function>,
+        operands: &[Handle<Expression>],
+        components: usize,
+        block: &mut Block,
+    ) -> Handle<Expression> {
+        self.calls += 1;
+        let size = match components {
+            1 => return self.call_once(function, operands.to_vec(), block),
+            2 => VectorSize::Bi,
+            3 => VectorSize::Tri,
+            _ => VectorSize::Quad,
+        };
+        let results = (0..components as u32)
+            .map(|index| {
+                let component = |&base| self.append(Expression::AccessIndex { base, index });
+                let arguments = operands.iter().map(component).collect();
+                self.call_once(function, arguments, block)
+            })
+            .collect();
+        let inner = TypeInner::Vector {
+            size,
+            scalar: Scalar::F32,
+        };
+        let ty = self
+            .types
+            .insert(Type { name: None, inner }, Span::UNDEFINED);
+        self.append(Expression::Compose {
+            ty,
+            components: results,
+        })
+    }
+
+    fn call_once(
+        &mut self,
+        function: Handle<Function>,
+        arguments: Vec<Handle<Expression>>,
+        block: &mut Block,
+    ) -> Handle<Expression> {
+        self.emit(block);
+        let result = self.append(Expression::CallResult(function));
+        self.emitted = self.expressions.len();
+        let call = Statement::Call {
+            function,
+            arguments,
+            result: Some(result),
+        };
+        block.push(call, Span::UNDEFINED);
+        result
+    }
+
     fn block(&mut self, old: &Block) -> Result<Block, String> {
         let mut new = Block::with_capacity(old.len());
         for (statement, span) in old.span_iter() {
             let statement = match statement {
                 Statement::Emit(range) => {
-                    let start = self.expressions.len();
                     for handle in range.clone() {
-                        self.new[handle.index()] = Some(self.rebuild(handle)?);
+                        self.new[handle.index()] = Some(self.rebuild(handle, &mut new)?);
                     }
-                    self.emit(start, &mut new);
+                    self.emit(&mut new);
                     continue;
                 }
                 Statement::Block(block) => Statement::Block(self.block(block)?),

@@ -10,6 +10,15 @@ fn valid(module: &Module) -> ModuleInfo {
     info.unwrap_or_else(|error| panic!("{error:?}"))
 }
 
+/// Inserts barriers.
+fn with_barriers(module: &Module, info: &ModuleInfo, entry: &str) -> Result<Module, String> {
+    let rewrites = Rewrites {
+        barriers: true,
+        rounding: None,
+    };
+    rewrite(module, info, entry, rewrites)
+}
+
 fn parsed(text: &str) -> (Module, ModuleInfo) {
     let module = naga::front::wgsl::parse_str(text).expect("it parses");
     let info = valid(&module);
