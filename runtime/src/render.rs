@@ -393,6 +393,20 @@ impl Stats {
             Status::Inside => self.inside += 1,
         }
     }
+    /// Returns the sums of the counts of rays and evaluations, with the cells of `self`.
+    pub(crate) fn plus(self, other: Self) -> Self {
+        Self {
+            hits: self.hits + other.hits,
+            inside: self.inside + other.inside,
+            misses: self.misses + other.misses,
+            at_far: self.at_far + other.at_far,
+            step_caps: self.step_caps + other.step_caps,
+            nans: self.nans + other.nans,
+            undecided: self.undecided + other.undecided,
+            evaluations: self.evaluations + other.evaluations,
+            cells: self.cells,
+        }
+    }
     /// Returns the number of rays, of all outcomes.
     pub fn rays(&self) -> u64 {
         self.hits + self.inside + self.misses + self.step_caps + self.nans

@@ -9,8 +9,8 @@ mod error_tracker;
 mod kernel;
 mod strict;
 
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 pub use batch::{Batch, Extent, Submission};
@@ -77,6 +77,8 @@ pub struct Gpu {
     rounding: Rounding,
     error_tracker: Arc<ErrorTracker>,
     pipelines: AtomicU64,
+    /// A buffer for copies from the device, kept between reads.
+    staging: Mutex<Option<wgpu::Buffer>>,
     /// Set when a wait timed out: the queue may never respond, see `Drop`.
     is_unresponsive: AtomicBool,
 }
@@ -179,6 +181,7 @@ impl Gpu {
             rounding: Rounding::Device,
             error_tracker,
             pipelines: AtomicU64::new(0),
+            staging: Mutex::new(None),
             is_unresponsive: AtomicBool::new(false),
         };
         if arithmetic.is_strict() {

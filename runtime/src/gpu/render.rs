@@ -9,7 +9,8 @@ use super::scene::GpuScene;
 use super::tiles::TileRect;
 use crate::engine::EngineError;
 use crate::render::ray::{distance_from_camera, ends_at_far};
-use crate::render::{Image, RenderJob, Status, Surface};
+use crate::render::{Image, RenderJob, Stats, Status, Surface};
+use rayon::prelude::*;
 use sdfc_shaders::assemble::{
     BufferSlot, RenderStage, SceneFunction, invocation_count, queue_capacity, queue_header, stages,
 };
@@ -175,20 +176,31 @@ impl<S: GpuScene> SceneRunner<S> {
         }
         if let (1.., Some(buffer)) = (passes.start, self.buffers.get(BufferSlot::Colors)) {
             let mut sums = vec![[0.0; 4]; tile.pixels() as usize];
-            for (tile_index, image_index) in pixel_indices(tile, inner_tile, image.width) {
-                sums[tile_index] = image.color[image_index];
+            for row in pixel_rows([tile, inner_tile], image.width) {
+                let [from, to] = [row.image_start, row.tile_start];
+                sums[to..to + row.length].copy_from_slice(&image.color[from..from + row.length]);
             }
             self.gpu.write(&buffer, &sums)?;
         }
         for sample in passes.clone() {
+            let start = Instant::now();
             self.run_stages(plan, features, &tile_uniforms(job, sample, tile), tile)?;
-            self.read_back(plan, job, sample, [tile, inner_tile], image)?;
+            let seconds = start.elapsed().as_secs_f64();
+            let stats = self.read_back(plan, job, sample, [tile, inner_tile], image)?;
+            self.budget.observe_at_least(stats.evaluations, seconds);
+            image.stats = image.stats.plus(stats);
         }
-        let colors: Vec<[f32; 4]> = self.read(BufferSlot::Colors, tile.pixels())?;
-        for (tile_index, image_index) in pixel_indices(tile, inner_tile, image.width) {
-            image.color[image_index] = colors[tile_index].map(|sum| sum / passes.end as f32);
-        }
-        Ok(())
+        let (width, tiles) = (image.width, [tile, inner_tile]);
+        let passes = passes.end as f32;
+        self.with_values(
+            BufferSlot::Colors,
+            tile.pixels(),
+            |colors: &[[f32; 4]]| {
+                set_pixels(&mut image.color, width, tiles, |pixel, _, color| {
+                    *color = colors[pixel].map(|sum| sum / passes);
+                });
+            },
+        )
     }
 
     /// Samples the field on a tile of a 2-D shape's plane.
@@ -201,11 +213,12 @@ impl<S: GpuScene> SceneRunner<S> {
     ) -> Result<(), EngineError> {
         self.ensure_tile_buffers(plan, tile, 0)?;
         self.run_stages(plan, &job.features, &tile_uniforms(job, 0, tile), tile)?;
-        let rays: Vec<RayState> = self.read(BufferSlot::Rays, tile.pixels())?;
-        for (tile_index, image_index) in pixel_indices(tile, tile, job.size[0] as usize) {
-            values[image_index] = rays[tile_index].field;
-        }
-        Ok(())
+        let width = job.size[0] as usize;
+        self.with_values(BufferSlot::Rays, tile.pixels(), |rays: &[RayState]| {
+            set_pixels(values, width, [tile, tile], |pixel, _, value| {
+                *value = rays[pixel].field;
+            });
+        })
     }
 
     /// Ensures that a tile's buffers exist.
@@ -341,116 +354,132 @@ impl<S: GpuScene> SceneRunner<S> {
         }
     }
 
-    /// Copies the results of a pass into the image.
+    /// Copies the results of a pass into the image. Returns its counts.
     fn read_back(
         &self,
         plan: &StagePlan,
         job: &RenderJob,
         sample: u32,
-        [tile, inner_tile]: [TileRect; 2],
+        tiles: [TileRect; 2],
         image: &mut Image,
-    ) -> Result<(), EngineError> {
-        let features = &job.features;
-        let has_surface_program = self
-            .scene
-            .as_ref()
-            .is_some_and(|scene| scene.has_surface_program);
-        let pixels = tile.pixels();
-        let rays: Vec<RayState> = self.read(BufferSlot::Rays, pixels)?;
+    ) -> Result<Stats, EngineError> {
+        let width = image.width;
+        let pixels = tiles[0].pixels();
         let pass = job.pass_uniforms(sample);
-        for (tile_index, image_index) in pixel_indices(tile, inner_tile, image.width) {
-            let at_far = || ends_at_far(&pass, pixel_coordinates(image_index, image.width));
-            image
-                .stats
-                .count(Status::from_word(rays[tile_index].status), at_far);
-        }
-        image.stats.evaluations += self.evaluations(plan, job, [tile, inner_tile], &rays)?;
+        let (statuses, mut stats) =
+            self.with_values(BufferSlot::Rays, pixels, |rays: &[RayState]| {
+                if sample == 0 {
+                    set_pixels(&mut image.status, width, tiles, |pixel, _, status| {
+                        *status = Status::from_word(rays[pixel].status);
+                    });
+                    set_pixels(&mut image.steps, width, tiles, |pixel, _, steps| {
+                        *steps = rays[pixel].steps;
+                    });
+                    set_pixels(&mut image.depth, width, tiles, |pixel, index, depth| {
+                        if rays[pixel].status & SHOWN != 0 {
+                            let position = pixel_coordinates(index, width);
+                            *depth = distance_from_camera(&job.uniforms, position, rays[pixel].t);
+                        }
+                    });
+                }
+                let statuses: Vec<u32> = rays.par_iter().map(|ray| ray.status).collect();
+                (statuses, count_rays(&pass, rays, width, tiles))
+            })?;
+        let is_shown = |pixel: usize| statuses[pixel] & SHOWN != 0;
+        stats.evaluations += self.evaluations(plan, job, tiles, &is_shown)?;
         if sample > 0 {
-            return Ok(());
+            return Ok(stats);
         }
-        let normals: Option<Vec<[f32; 4]>> = plan
-            .has(RenderStage::Normal)
-            .then(|| self.read(BufferSlot::Normals, pixels))
-            .transpose()?;
-        let has_surfaces = plan.calls_surface(features);
-        let surfaces: Option<Vec<Surface>> = has_surfaces
-            .then(|| self.read(BufferSlot::Surfaces, pixels))
-            .transpose()?;
-        for (tile_index, image_index) in pixel_indices(tile, inner_tile, image.width) {
-            let ray = &rays[tile_index];
-            image.status[image_index] = Status::from_word(ray.status);
-            image.steps[image_index] = ray.steps;
-            if ray.status & SHOWN == 0 {
-                continue;
-            }
-            let position = pixel_coordinates(image_index, image.width);
-            image.depth[image_index] = distance_from_camera(&job.uniforms, position, ray.t);
-            if let Some(normals) = &normals {
-                let [x, y, z, _] = normals[tile_index];
-                image.normal[image_index] = [x, y, z];
-            }
-            image.id[image_index] = match &surfaces {
-                Some(surfaces) => surfaces[tile_index].id as u32,
-                None if has_surface_program => 0,
-                None => job.uniforms.id as u32,
+        if plan.has(RenderStage::Normal) {
+            self.with_values(BufferSlot::Normals, pixels, |normals: &[[f32; 4]]| {
+                set_pixels(&mut image.normal, width, tiles, |pixel, _, normal| {
+                    if is_shown(pixel) {
+                        let [x, y, z, _] = normals[pixel];
+                        *normal = [x, y, z];
+                    }
+                });
+            })?;
+        }
+        if plan.calls_surface(&job.features) {
+            self.with_values(BufferSlot::Surfaces, pixels, |surfaces: &[Surface]| {
+                set_pixels(&mut image.id, width, tiles, |pixel, _, id| {
+                    if is_shown(pixel) {
+                        *id = surfaces[pixel].id as u32;
+                    }
+                });
+            })?;
+        } else {
+            let only = match self.has_surface_program() {
+                true => 0,
+                false => job.uniforms.id as u32,
             };
+            set_pixels(&mut image.id, width, tiles, |pixel, _, id| {
+                if is_shown(pixel) {
+                    *id = only;
+                }
+            });
         }
-        Ok(())
+        Ok(stats)
     }
 
-    /// Returns the number of evaluations of the scene in a pass, for the pixels of the inner tile. Neighbours
-    /// shared by two tiles count once, so the sum does not depend on the tiles.
+    /// Reports whether the scene has materials. Generic kernels evaluate them where there are none.
+    fn has_surface_program(&self) -> bool {
+        let scene = self.scene.as_ref();
+        scene.is_some_and(|scene| scene.has_surface_program)
+    }
+
+    /// Returns the number of evaluations of the scene in a pass besides those of the march, for the pixels of
+    /// the inner tile. Neighbours shared by two tiles count once, so the sum does not depend on the tiles.
     fn evaluations(
         &self,
         plan: &StagePlan,
         job: &RenderJob,
-        [tile, inner_tile]: [TileRect; 2],
-        rays: &[RayState],
+        tiles: [TileRect; 2],
+        is_shown: &(impl Fn(usize) -> bool + Sync),
     ) -> Result<u64, EngineError> {
         let features = &job.features;
-        // Generic kernels evaluate materials where there are none; that is not counted.
-        let has_surface_program = self
-            .scene
-            .as_ref()
-            .is_some_and(|scene| scene.has_surface_program);
-        let pixels = || pixel_indices(tile, inner_tile, 0).map(|(tile_index, _)| tile_index);
-        let is_shown = |&pixel: &usize| rays[pixel].status & SHOWN != 0;
-        let shown = pixels().filter(is_shown).count() as u64;
-        let mut evaluations: u64 = pixels().map(|pixel| u64::from(rays[pixel].steps)).sum();
+        let pixels = tiles[0].pixels();
+        let shown = sum_pixels(tiles, |pixel| u64::from(is_shown(pixel)));
+        let mut evaluations = 0;
         for &(stage, _) in &plan.stages {
             evaluations += match stage {
-                RenderStage::Surface if !has_surface_program => 0,
+                RenderStage::Surface if !self.has_surface_program() => 0,
                 // Additional evaluations for pixels with a doubtful gradient are not counted.
                 RenderStage::Normal | RenderStage::Surface => {
                     shown * u64::from(typical_evaluations(stage, features))
                 }
                 RenderStage::Occlusion => {
-                    let occlusion_rays: Vec<OcclusionState> =
-                        self.read(BufferSlot::Occlusion, tile.pixels())?;
-                    let shown = pixels().filter(is_shown);
-                    shown.map(|pixel| occlusion_rays[pixel].steps as u64).sum()
+                    let slot = BufferSlot::Occlusion;
+                    self.with_values(slot, pixels, |rays: &[OcclusionState]| {
+                        sum_pixels(tiles, |pixel| match is_shown(pixel) {
+                            true => rays[pixel].steps as u64,
+                            false => 0,
+                        })
+                    })?
                 }
                 RenderStage::Plane
-                    if has_surface_program && stage.scene_functions(features).len() > 1 =>
+                    if self.has_surface_program() && stage.scene_functions(features).len() > 1 =>
                 {
-                    inner_tile.pixels()
+                    tiles[1].pixels()
                 }
                 RenderStage::Shadow => {
-                    let lights = job.lights.len() as u64;
-                    let steps: Vec<ShadowRayState> =
-                        self.read(BufferSlot::Shadows, tile.pixels() * lights)?;
-                    let per_light = steps.chunks_exact(rays.len());
-                    per_light
-                        .flat_map(|light| pixels().map(|pixel| light[pixel].steps & !DONE_FLAG))
-                        .map(u64::from)
-                        .sum()
+                    let count = pixels * job.lights.len() as u64;
+                    self.with_values(BufferSlot::Shadows, count, |rays: &[ShadowRayState]| {
+                        let per_light = rays.chunks_exact(pixels as usize);
+                        let steps = per_light.map(|light| {
+                            sum_pixels(tiles, |pixel| u64::from(light[pixel].steps & !DONE_FLAG))
+                        });
+                        steps.sum()
+                    })?
                 }
                 RenderStage::Beam => {
-                    let beams: Vec<layout::Beam> =
-                        self.read(BufferSlot::Beams, invocation_count(stage, tile.size, 1))?;
-                    let steps = beam_block_indices(tile, inner_tile)
-                        .map(|block| u64::from(beams[block].steps));
-                    steps.sum()
+                    let count = invocation_count(stage, tiles[0].size, 1);
+                    self.with_values(BufferSlot::Beams, count, |beams: &[layout::Beam]| {
+                        let [tile, inner_tile] = tiles;
+                        let steps = beam_block_indices(tile, inner_tile)
+                            .map(|block| u64::from(beams[block].steps));
+                        steps.sum()
+                    })?
                 }
                 RenderStage::March | RenderStage::RefineRoots | RenderStage::Plane => 0,
                 RenderStage::Shade | RenderStage::View | RenderStage::Edges => 0,
@@ -479,10 +508,95 @@ impl<S: GpuScene> SceneRunner<S> {
         )?)
     }
 
-    fn read<T: bytemuck::Pod>(&self, slot: BufferSlot, count: u64) -> Result<Vec<T>, EngineError> {
+    /// Calls `act` with the first `count` values of a buffer of the tile.
+    fn with_values<T: bytemuck::Pod, R>(
+        &self,
+        slot: BufferSlot,
+        count: u64,
+        act: impl FnOnce(&[T]) -> R,
+    ) -> Result<R, EngineError> {
         let buffer = self.buffers.get(slot).ok_or(EngineError::NothingLoaded)?;
-        Ok(self.gpu.read_first(&buffer, count as usize)?)
+        Ok(self.gpu.with_values(&buffer, count as usize, act)?)
     }
+}
+
+/// Counts the rays of a pass for the pixels of the inner tile.
+fn count_rays(
+    pass: &layout::FrameUniforms,
+    rays: &[RayState],
+    width: usize,
+    tiles: [TileRect; 2],
+) -> Stats {
+    let rows: Vec<_> = pixel_rows(tiles, width).collect();
+    let count_row = |row: PixelRow| {
+        let mut stats = Stats::default();
+        for x in 0..row.length {
+            let ray = &rays[row.tile_start + x];
+            let position = || pixel_coordinates(row.image_start + x, width);
+            stats.count(Status::from_word(ray.status), || {
+                ends_at_far(pass, position())
+            });
+            stats.evaluations += u64::from(ray.steps);
+        }
+        stats
+    };
+    rows.into_par_iter()
+        .map(count_row)
+        .reduce(Stats::default, Stats::plus)
+}
+
+/// Sums counts over the pixels of the inner tile. `count` receives a pixel's index in the tile.
+fn sum_pixels(tiles: [TileRect; 2], count: impl Fn(usize) -> u64 + Sync) -> u64 {
+    let rows: Vec<_> = pixel_rows(tiles, 0).collect();
+    let sum_row = |row: PixelRow| {
+        (0..row.length)
+            .map(|x| count(row.tile_start + x))
+            .sum::<u64>()
+    };
+    rows.into_par_iter().map(sum_row).sum()
+}
+
+/// Sets values of the pixels of the inner tile, in an image of this width. `set` receives a pixel's index in
+/// the tile, its index in the image, and its value.
+fn set_pixels<T: Send>(
+    values: &mut [T],
+    width: usize,
+    tiles: [TileRect; 2],
+    set: impl Fn(usize, usize, &mut T) + Sync,
+) {
+    let [left, upper] = tiles[1].corner.map(|n| n as usize);
+    let rows: Vec<_> = pixel_rows(tiles, width).collect();
+    let image_rows = values[upper * width..].par_chunks_mut(width);
+    rows.into_par_iter()
+        .zip(image_rows)
+        .for_each(|(row, values)| {
+            let pixels = values[left..left + row.length].iter_mut().enumerate();
+            for (x, value) in pixels {
+                set(row.tile_start + x, row.image_start + x, value);
+            }
+        });
+}
+
+/// A row of the inner tile.
+struct PixelRow {
+    /// The first pixel's index in the tile.
+    tile_start: usize,
+    /// The first pixel's index in the image.
+    image_start: usize,
+    /// Number of pixels.
+    length: usize,
+}
+
+/// Returns the rows of the inner tile, in an image of this width.
+fn pixel_rows([tile, inner_tile]: [TileRect; 2], width: usize) -> impl Iterator<Item = PixelRow> {
+    let [left, upper] = inner_tile.corner.map(|n| n as usize);
+    let [columns, rows] = inner_tile.size.map(|n| n as usize);
+    let row = tile.size[0] as usize;
+    (0..rows).map(move |y| PixelRow {
+        tile_start: y * row,
+        image_start: (upper + y) * width + left,
+        length: columns,
+    })
 }
 
 /// Returns the uniforms of a pass over a tile.
@@ -498,19 +612,6 @@ fn tile_uniforms(job: &RenderJob, sample: u32, tile: TileRect) -> layout::FrameU
 /// Returns the column and the row of the pixel with this index.
 fn pixel_coordinates(index: usize, width: usize) -> [f32; 2] {
     [(index % width) as f32, (index / width) as f32]
-}
-
-/// Returns the pixels of the inner tile: their indices in the tile and in the whole image.
-fn pixel_indices(
-    tile: TileRect,
-    inner_tile: TileRect,
-    width: usize,
-) -> impl Iterator<Item = (usize, usize)> {
-    let [left, upper] = inner_tile.corner.map(|n| n as usize);
-    let [columns, rows] = inner_tile.size.map(|n| n as usize);
-    let row = tile.size[0] as usize;
-    (0..rows)
-        .flat_map(move |y| (0..columns).map(move |x| (y * row + x, (upper + y) * width + left + x)))
 }
 
 /// Returns the indices, among a tile's blocks of 8 × 8 pixels, of those that contain pixels of the inner tile.

@@ -61,6 +61,12 @@ impl WorkBudget {
         self.is_measured = true;
     }
 
+    /// Records that all stages of a tile together did this many evaluations in this time. Dispatches that
+    /// finish all their rays give no lower bound of the rate by themselves.
+    pub(super) fn observe_at_least(&mut self, evaluations: u64, seconds: f64) {
+        self.per_second = self.per_second.max(evaluations as f64 / seconds.max(1e-6));
+    }
+
     /// Records the duration of a submission of a whole tile. A duration over twice the target lowers the
     /// rate.
     pub(super) fn observe_tile(&mut self, seconds: f64) {
@@ -96,6 +102,12 @@ mod tests {
         // Most rays ended early in the dispatch: the bounds are too wide to change the rate.
         budget.observe(10_000, 2_000_000, 0.1);
         assert_eq!(budget.tile_pixels(1), 2_000_000);
+        // The whole tile took as long as two million evaluations at the measured speed, and did four million.
+        let mut faster = budget;
+        faster.observe_at_least(4_000_000, 0.2);
+        assert_eq!(faster.tile_pixels(1), 4_000_000);
+        faster.observe_at_least(1_000_000, 0.2);
+        assert_eq!(faster.tile_pixels(1), 4_000_000);
         // The device became slower.
         budget.observe(0, 1000, 1.0);
         assert_eq!(budget.tile_pixels(1), MIN_TILE_PIXELS);

@@ -1,11 +1,16 @@
 //! Buffers on the device, written and read as slices of plain data.
 
 use std::borrow::Cow;
+use std::sync::{MutexGuard, PoisonError};
 
 use bytemuck::{NoUninit, Pod};
 
 use super::error::within;
 use super::{Gpu, GpuError};
+
+/// Sizes of the buffer for copies from the device that is kept between reads, in bytes.
+const MIN_STAGING_BYTES: u64 = 1 << 16;
+const MAX_STAGING_BYTES: u64 = 128 << 20;
 
 /// The ways in which a buffer can be bound.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -120,33 +125,83 @@ impl Gpu {
 
     /// Reads the first `count` values of a buffer; see [`Gpu::read`].
     pub fn read_first<T: Pod>(&self, buffer: &Buffer, count: usize) -> Result<Vec<T>, GpuError> {
+        self.with_bytes::<T, _>(buffer, count, bytemuck::pod_collect_to_vec)
+    }
+
+    /// Calls `act` with the first `count` values of a buffer, where the device wrote them: nothing is copied.
+    /// See [`Gpu::read`]. The values are numbers of 32 bits, or consist of them.
+    pub fn with_values<T: Pod, R>(
+        &self,
+        buffer: &Buffer,
+        count: usize,
+        act: impl FnOnce(&[T]) -> R,
+    ) -> Result<R, GpuError> {
+        const { assert!(align_of::<T>() <= wgpu::MAP_ALIGNMENT as usize) }
+        self.with_bytes::<T, R>(buffer, count, |bytes| act(bytemuck::cast_slice(bytes)))
+    }
+
+    /// Calls `act` with the bytes of the first `count` values of a buffer.
+    fn with_bytes<T: Pod, R>(
+        &self,
+        buffer: &Buffer,
+        count: usize,
+        act: impl FnOnce(&[u8]) -> R,
+    ) -> Result<R, GpuError> {
         let bytes = (count as u64).saturating_mul(size_of::<T>() as u64);
         let what = format!("the length of a read of buffer `{}` in bytes", buffer.label);
         within(what, bytes, buffer.size)?;
         if bytes == 0 {
             self.error_tracker.check()?;
-            return Ok(Vec::new());
+            return Ok(act(&[]));
         }
         let copy_bytes = bytes.next_multiple_of(wgpu::COPY_BUFFER_ALIGNMENT);
-        let staging = self.raw_buffer(
-            "readback",
-            copy_bytes,
-            wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST,
-        )?;
+        let staging = self.staging_buffer(copy_bytes)?;
         let submission = self.error_tracker.scoped(&self.device, || {
             let mut encoder = self.device.create_command_encoder(&Default::default());
             encoder.copy_buffer_to_buffer(&buffer.raw, 0, &staging, 0, copy_bytes);
             let submission = self.queue.submit([encoder.finish()]);
             // A failure shows when the mapped range is requested.
-            staging.map_async(wgpu::MapMode::Read, .., |_| {});
+            staging.map_async(wgpu::MapMode::Read, ..copy_bytes, |_| {});
             submission
         })?;
         self.wait_for(&format!("reading buffer `{}`", buffer.label), submission)?;
         let view = self
             .error_tracker
-            .scoped(&self.device, || staging.get_mapped_range(..))?
+            .scoped(&self.device, || staging.get_mapped_range(..copy_bytes))?
             .map_err(|error| GpuError::Internal(error.to_string()))?;
-        Ok(bytemuck::pod_collect_to_vec(&view[..bytes as usize]))
+        let result = act(&view[..bytes as usize]);
+        drop(view);
+        self.error_tracker
+            .scoped(&self.device, || staging.unmap())?;
+        self.keep_staging_buffer(staging);
+        Ok(result)
+    }
+
+    /// Returns a buffer for copies from the device, of at least this size. The pages of a new one cost more
+    /// time than the copy, so the largest of moderate size is kept.
+    fn staging_buffer(&self, size: u64) -> Result<wgpu::Buffer, GpuError> {
+        let kept = self.staging().take();
+        if let Some(buffer) = kept.filter(|buffer| buffer.size() >= size) {
+            return Ok(buffer);
+        }
+        let size = size.max(MIN_STAGING_BYTES);
+        self.raw_buffer(
+            "readback",
+            size,
+            wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST,
+        )
+    }
+
+    fn keep_staging_buffer(&self, buffer: wgpu::Buffer) {
+        let mut kept = self.staging();
+        let kept_size = kept.as_ref().map_or(0, wgpu::Buffer::size);
+        if (kept_size..=MAX_STAGING_BYTES).contains(&buffer.size()) {
+            *kept = Some(buffer);
+        }
+    }
+
+    fn staging(&self) -> MutexGuard<'_, Option<wgpu::Buffer>> {
+        self.staging.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     fn raw_buffer(
