@@ -32,6 +32,7 @@
 //!            }",
 //!     entry: "main",
 //!     bindings: &[BufferBinding { slot: 0, access: BindingAccess::StorageReadWrite }],
+//!     as_written: false,
 //! })?;
 //! let values = gpu.buffer_with("values", BufferUsage::Storage, &[1.0f32, 2.0, 3.0])?;
 //! let call = gpu.bind(&double, &[(0, &values)])?;

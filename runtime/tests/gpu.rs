@@ -51,6 +51,7 @@ fn kernel(
         wgsl,
         entry: "main",
         bindings: &bindings,
+        as_written: false,
     })
 }
 
@@ -333,6 +334,7 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
                 wgsl: reach,
                 entry: "main",
                 bindings: &bindings,
+                as_written: false,
             })
             .expect("it compiles");
         let buffer = |value: u32| {

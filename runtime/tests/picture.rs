@@ -14,6 +14,7 @@ use sdfc_runtime::render::{
     CellMode, Image, LightEmitter, Lighting, Mode, Normals, Occlusion, RenderSettings,
     ResolvedLens, ResolvedLight, ResolvedShadow, Status, Tonemap, View, prepare,
 };
+use sdfc_shaders::camera::SAMPLE_SHIFT;
 use sdfc_vm::bounds::Bounds;
 use sdfc_vm::real::{Real, Vector3, lit};
 
@@ -61,7 +62,7 @@ fn normal_at(image: &Image, pixel: usize) -> DVec3 {
     Vec3::from(image.normal[pixel]).as_dvec3()
 }
 
-/// The ray through the centre of a pixel, in `f64` and from the settings alone.
+/// The ray through the sample of a pixel, in `f64` and from the settings alone.
 fn ray(settings: &RenderSettings, x: usize, y: usize) -> (DVec3, DVec3) {
     let view = &settings.view;
     let from = DVec3::from(view.from);
@@ -70,9 +71,10 @@ fn ray(settings: &RenderSettings, x: usize, y: usize) -> (DVec3, DVec3) {
     let right = unit(forward.cross(view.up.into()));
     let up = right.cross(forward);
     let [w, h] = settings.size.map(f64::from);
+    let [sample_x, sample_y] = SAMPLE_SHIFT.map(|shift| 0.5 + shift);
     let (u, v) = (
-        (x as f64 + 0.5) / w * 2.0 - 1.0,
-        1.0 - (y as f64 + 0.5) / h * 2.0,
+        (x as f64 + sample_x) / w * 2.0 - 1.0,
+        1.0 - (y as f64 + sample_y) / h * 2.0,
     );
     match view.lens {
         ResolvedLens::Perspective(fov) => {

@@ -2,12 +2,18 @@
 
 use sdfc_vm::real::{Real, Vector2, Vector3, lit};
 
+/// Shift of all samples in pixels, exact in binary. Without it, rays of level cameras lie exactly in planes of
+/// the scene. In the plane in which two solids touch, the field is zero all along the ray, as beside a sheet
+/// without thickness.
+pub const SAMPLE_SHIFT: [f64; 2] = [5.0 / 128.0, 7.0 / 128.0];
+
 /// Returns the position of a pixel's sample in the picture: from (-1, -1), lower left, to (1, 1), upper
-/// right. `pixel` counts from the upper left; `offset` is within (-½, ½).
+/// right. `pixel` counts from the upper left; `offset` is within (-½, ½). All samples are shifted by a
+/// twentieth of a pixel.
 #[inline(always)]
 pub fn view_position<R: Real>(pixel: R::Vec2, offset: R::Vec2, size: R::Vec2) -> R::Vec2 {
-    let half = R::Vec2::splat(lit(0.5));
-    let sample = (pixel + half + offset).named("sample");
+    let [x, y] = SAMPLE_SHIFT.map(|shift| lit(0.5 + shift));
+    let sample = (pixel + R::Vec2::new(x, y) + offset).named("sample");
     R::Vec2::new(
         sample.x() / size.x() * lit(2.0) - lit(1.0),
         lit::<R>(1.0) - sample.y() / size.y() * lit(2.0),

@@ -17,9 +17,13 @@ fn the_picture_goes_from_corner_to_corner() {
     let size = V2 { x: 640.0, y: 360.0 };
     let position =
         |x, y, dx, dy| camera::view_position::<f32>(V2 { x, y }, V2 { x: dx, y: dy }, size);
-    assert_eq!(position(0.0, 0.0, -0.5, -0.5), V2 { x: -1.0, y: 1.0 });
-    assert_eq!(position(639.0, 359.0, 0.5, 0.5), V2 { x: 1.0, y: -1.0 });
-    assert_eq!(position(319.0, 179.0, 0.5, 0.5), V2 { x: 0.0, y: 0.0 });
+    let corner = |x: f32, y: f32| {
+        let [shift_x, shift_y] = camera::SAMPLE_SHIFT.map(|shift| shift as f32);
+        position(x, y, -0.5 - shift_x, -0.5 - shift_y)
+    };
+    assert_eq!(corner(0.0, 0.0), V2 { x: -1.0, y: 1.0 });
+    assert_eq!(corner(640.0, 360.0), V2 { x: 1.0, y: -1.0 });
+    assert_eq!(corner(320.0, 180.0), V2 { x: 0.0, y: 0.0 });
 }
 
 #[test]

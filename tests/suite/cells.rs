@@ -90,6 +90,11 @@ fn pictures_are_the_same_with_and_without_cells() {
 /// Minimum cosine of the angle between a normal from the tape of its leaf and that from the whole
 /// program.
 const MIN_NORMAL_COSINE: f32 = 0.9998;
+/// Maximum cosine of the angle between the normals on both sides of a crease. A hit within rounding of one may
+/// show either.
+const MAX_CREASE_COSINE: f32 = 0.9;
+/// Maximum fraction of pixels that are hit within rounding of a crease.
+const MAX_CREASE_FRACTION: f64 = 1e-4;
 
 #[test]
 fn normals_by_leaves_are_those_of_the_full_program() {
@@ -122,8 +127,17 @@ fn normals_by_leaves_are_those_of_the_full_program() {
                 .all(|image| image.status[index] == Status::Hit);
             is_hit && n.dot(m) < MIN_NORMAL_COSINE
         };
-        let differing: Vec<usize> = (0..without.normal.len()).filter(differs).collect();
-        assert!(differing.is_empty(), "{scene}: {differing:?}");
+        let is_at_crease = |&index: &usize| {
+            let normals = [index - 1, index + 1, index - 320, index + 320]
+                .map(|neighbour| Vec3::from(without.normal[neighbour]));
+            let normal = Vec3::from(without.normal[index]);
+            normals.iter().any(|n| n.dot(normal) < MAX_CREASE_COSINE)
+        };
+        let differing = (0..without.normal.len()).filter(differs);
+        let (at_creases, elsewhere): (Vec<usize>, Vec<usize>) = differing.partition(is_at_crease);
+        let most = (MAX_CREASE_FRACTION * without.normal.len() as f64) as usize;
+        assert!(elsewhere.is_empty(), "{scene}: {elsewhere:?}");
+        assert!(at_creases.len() <= most, "{scene}: {at_creases:?}");
     }
 }
 

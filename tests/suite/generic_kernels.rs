@@ -4,7 +4,7 @@
 use crate::corpus::{compiled, compiled_text, on_large_stack, scenes_on_gpu};
 use sdfc_compiler::passes::PassOptions;
 use sdfc_runtime::engine::{Engine, EngineKind, SceneInput, open_generic, open_on};
-use sdfc_runtime::gpu::{AdapterPreference, Gpu};
+use sdfc_runtime::gpu::{AdapterPreference, Arithmetic, Gpu};
 use sdfc_runtime::render::{
     CellMode, Image, LightEmitter, Lighting, Mode, Normals, Occlusion, RenderSettings,
     ResolvedLight, ResolvedShadow,
@@ -15,12 +15,14 @@ use sdfc_trials::skip::is_gpu_skipped;
 use sdfc_vm::program::Module;
 
 /// Returns the engine with generic kernels, warmed up for these modes, and the one with specialised
-/// kernels; `None` if GPU tests are skipped.
+/// kernels; `None` if GPU tests are skipped. Arithmetic is strict: otherwise drivers fuse other operations in
+/// each kernel.
 fn engines(modes: &[Mode]) -> Option<[Box<dyn Engine>; 2]> {
     if is_gpu_skipped() {
         return None;
     }
-    let gpu = || Gpu::open(AdapterPreference::Any).expect("there is an adapter");
+    let gpu =
+        || Gpu::open_with(AdapterPreference::Any, Arithmetic::Strict).expect("there is an adapter");
     let mut generic = open_generic(gpu());
     generic.warm_up(modes).expect("it warms up");
     Some([generic, open_on(EngineKind::Interp, gpu())])

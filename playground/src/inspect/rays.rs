@@ -2,6 +2,7 @@
 
 use glam::DVec3;
 use sdfc_runtime::render::{Axes, RenderSettings};
+use sdfc_shaders::camera::SAMPLE_SHIFT;
 
 /// Rays of a picture: those of the first sample of each pixel, to which the channels of its image belong.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -59,8 +60,9 @@ impl PictureRays {
     /// samples of pixels have integer positions.
     pub fn through(&self, [column, row]: [f64; 2]) -> InspectedRay {
         let [width, height] = self.size.map(f64::from);
-        let x = (column + 0.5 + self.offset) / width * 2.0 - 1.0;
-        let y = 1.0 - (row + 0.5 + self.offset) / height * 2.0;
+        let [sample_x, sample_y] = SAMPLE_SHIFT.map(|shift| 0.5 + shift + self.offset);
+        let x = (column + sample_x) / width * 2.0 - 1.0;
+        let y = 1.0 - (row + sample_y) / height * 2.0;
         let interpolate = |[centre, right, up]: [DVec3; 3]| centre + right * x + up * y;
         let axes = &self.axes;
         let origin = [axes.origin, axes.origin_right, axes.origin_up];

@@ -13,10 +13,15 @@ const MAX_COLOR_STEP: u8 = 16;
 /// Maximum relative depth difference of neighbours that is not an edge.
 const MAX_DEPTH_STEP: f32 = 0.1;
 /// Limit of the depth differences of all but a thousandth of the pixels away from edges, in units of the last
-/// place.
-const MAX_DEPTH_ULPS: f64 = 8.0;
+/// place. Devices round quotients and roots by rules of their own; an H100 differed by 11.
+const MAX_DEPTH_ULPS: f64 = 16.0;
 /// Maximum difference of a byte.
 const MAX_BYTE_DIFFERENCE: u8 = 1;
+/// Maximum difference of a byte in a few pixels away from edges. Penumbras and occlusion take minima over the
+/// steps of their rays, and a step may be on either side of a limit.
+const MAX_UNSTABLE_BYTE_DIFFERENCE: u8 = 8;
+/// Maximum fraction of these pixels.
+const MAX_UNSTABLE_FRACTION: f64 = 5e-4;
 
 /// Differences of two images.
 #[derive(Clone, Debug, Serialize)]
@@ -188,11 +193,12 @@ impl PictureDifferences {
                 self.hit_mismatches_inside
             ));
         }
-        if self.differing_inside > 0 {
+        let most = (MAX_UNSTABLE_FRACTION * self.smooth_pixels as f64) as usize;
+        if self.differing_inside > most || self.worst_inside > MAX_UNSTABLE_BYTE_DIFFERENCE {
             let [x, y] = self.worst_place;
             failures.push(format!(
-                "{} pixels away from edges differ by more than {MAX_BYTE_DIFFERENCE}/255, none may; the worst, \
-                 by {}/255, is at ({x}, {y})",
+                "{} pixels away from edges differ by more than {MAX_BYTE_DIFFERENCE}/255, {most} may, by at most \
+                 {MAX_UNSTABLE_BYTE_DIFFERENCE}/255; the worst, by {}/255, is at ({x}, {y})",
                 self.differing_inside, self.worst_inside
             ));
         }
@@ -338,7 +344,7 @@ mod tests {
         let mut image = reference.clone();
         image.depth[0] = f32::INFINITY;
         image.color[1] = [0.2 + 2.0 / 255.0; 4];
-        image.depth[2] = 5.0 * (1.0 + 1e-6);
+        image.depth[2] = 5.0 * (1.0 + 3e-6);
         image.normal[2] = [0.0, 1e-3, 1.0];
         let differences = compare(&reference, &image, &edges);
         assert_eq!(
@@ -353,7 +359,7 @@ mod tests {
             (2, [1, 0])
         );
         assert!(
-            (differences.depth.max - 1e-6).abs() < 2e-7,
+            (differences.depth.max - 3e-6).abs() < 2e-7,
             "{:?}",
             differences.depth
         );

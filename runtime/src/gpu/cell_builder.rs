@@ -366,6 +366,7 @@ impl GpuCellBuilder {
                     wgsl: &wgsl,
                     entry: "main",
                     bindings: &bindings(key.as_ref()),
+                    as_written: false,
                 })?;
                 if self.kernels.len() >= MAX_KERNELS {
                     // The planning kernel and those from the warm-up stay.

@@ -74,6 +74,8 @@ pub struct Gpu {
     queue: wgpu::Queue,
     info: DeviceInfo,
     arithmetic: Arithmetic,
+    /// Set if kernels may be SPIR-V.
+    has_passthrough: bool,
     rounding: Rounding,
     error_tracker: Arc<ErrorTracker>,
     pipelines: AtomicU64,
@@ -154,9 +156,12 @@ impl Gpu {
             Arithmetic::Strict if !has_passthrough => Arithmetic::Portable,
             requested => requested,
         };
+        // With default arithmetic, some kernels need it ([`KernelSource::as_written`]).
         let required_features = match arithmetic {
-            Arithmetic::Default | Arithmetic::Portable => wgpu::Features::empty(),
-            Arithmetic::Strict => wgpu::Features::PASSTHROUGH_SHADERS,
+            Arithmetic::Default | Arithmetic::Strict if has_passthrough => {
+                wgpu::Features::PASSTHROUGH_SHADERS
+            }
+            _ => wgpu::Features::empty(),
         };
         let descriptor = wgpu::DeviceDescriptor {
             label: Some("sdfc"),
@@ -178,6 +183,7 @@ impl Gpu {
             queue,
             info,
             arithmetic,
+            has_passthrough,
             rounding: Rounding::Device,
             error_tracker,
             pipelines: AtomicU64::new(0),

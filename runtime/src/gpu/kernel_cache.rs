@@ -101,11 +101,11 @@ impl Kernels {
         if let Some(&index) = self.stages.get(&key) {
             return Ok(KernelId(index));
         }
-        let calls_scene = !stage.scene_functions(features).is_empty();
-        let scene = if calls_scene {
-            scene()
-        } else {
+        let functions = stage.scene_functions(features);
+        let scene = if functions.is_empty() {
             SceneWgsl::default()
+        } else {
+            scene()
         };
         let source = SceneSource {
             text: &scene.text,
@@ -113,18 +113,11 @@ impl Kernels {
         };
         let kernel = assemble::kernel(stage, features, &source);
         let mut bindings: Vec<BufferBinding> = kernel.bindings.iter().map(binding).collect();
-        if calls_scene {
+        if !functions.is_empty() {
             bindings.extend(scene_bindings);
         }
         let slots = kernel.bindings.iter().map(|(slot, _)| *slot).collect();
-        let id = self.compile(
-            gpu,
-            kernel.label,
-            kernel.text,
-            &bindings,
-            slots,
-            calls_scene,
-        )?;
+        let id = self.compile(gpu, kernel.label, kernel.text, &bindings, slots, &functions)?;
         self.stages.insert(key, id.0);
         Ok(id)
     }
@@ -144,7 +137,9 @@ impl Kernels {
         Ok(id)
     }
 
-    /// Returns the kernel with this text, compiling it if it is new.
+    /// Returns the kernel with this text, compiling it if it is new. `functions` are those of the scene that it
+    /// calls. Materials are evaluated as written: patterns made of large numbers, such as
+    /// `fract(sin(x) * 43758.5)`, change wholly where a product is fused with a sum.
     pub(super) fn compile(
         &mut self,
         gpu: &Gpu,
@@ -152,7 +147,7 @@ impl Kernels {
         text: String,
         bindings: &[BufferBinding],
         slots: Vec<BufferSlot>,
-        calls_scene: bool,
+        functions: &[SceneFunction],
     ) -> Result<KernelId, GpuError> {
         if let Some(&index) = self.by_text.get(&text) {
             return Ok(KernelId(index));
@@ -162,11 +157,12 @@ impl Kernels {
             wgsl: &text,
             entry: "main",
             bindings,
+            as_written: functions.contains(&SceneFunction::Surface),
         })?;
         self.entries.push(KernelEntry {
             kernel,
             slots,
-            calls_scene,
+            calls_scene: !functions.is_empty(),
             is_warm: false,
             bound: None,
         });

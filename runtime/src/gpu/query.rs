@@ -139,7 +139,7 @@ fn query_kernel<S: GpuScene>(
         });
         let buffers = scene.gpu_scene.buffers();
         bindings.extend(buffers.iter().map(|(binding, _)| *binding));
-        kernels.compile(gpu, "query", text, &bindings, Vec::new(), true)
+        kernels.compile(gpu, "query", text, &bindings, Vec::new(), &[function])
     });
     Ok(id?)
 }

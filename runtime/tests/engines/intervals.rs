@@ -271,6 +271,7 @@ fn main(@builtin(global_invocation_id) id: vec3u) {{
                 wgsl: &self.kernel(),
                 entry: "main",
                 bindings: &bindings,
+                as_written: false,
             })
             .unwrap_or_else(|error| panic!("{error}\n{}", self.kernel()));
         let ends: Vec<[f32; 2]> = samples.iter().flat_map(|sample| sample.ends).collect();

@@ -1,6 +1,6 @@
 //! Every operation of the table, in the interpreter and on the CPU.
 
-use crate::scenes::{cpu, interp, loaded, module_of};
+use crate::scenes::{cpu, loaded, module_of, strict_interp};
 use sdfc_vm::blend::BlendKernel;
 use sdfc_vm::pool::{PoolBuilder, PoolNumber};
 use sdfc_vm::program::{Destination, Instruction, Opcode, Program};
@@ -62,7 +62,9 @@ fn program(ops: &[Op]) -> Program {
 
 #[test]
 fn every_operation_gives_the_same_values_and_gradients() {
-    let Some(mut interp) = interp() else { return };
+    let Some(mut interp) = strict_interp() else {
+        return;
+    };
     let mut cpu = cpu();
     let ops: Vec<Op> = ROWS.iter().map(|row| row.op).collect();
     let coordinate = |i: usize, k: usize| ((i * k) % 97) as f32 / 32.0 - 1.5;

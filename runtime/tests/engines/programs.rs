@@ -1,9 +1,7 @@
 //! Random programs in the interpreter: with strict arithmetic their values equal those of the CPU in every
 //! bit.
 
-use crate::scenes::{gpu, loaded, module_of};
-use sdfc_runtime::engine::{EngineKind, open_on};
-use sdfc_runtime::gpu::{AdapterPreference, Arithmetic, Gpu};
+use crate::scenes::{loaded, module_of, strict_interp};
 use sdfc_trials::campaign::input_count;
 use sdfc_trials::checks::{equal_or_both_nan, has_nonfinite_intermediate, tape_values};
 use sdfc_trials::programs::{concatenated, points, program};
@@ -15,14 +13,9 @@ use sdfc_vm::verify::verify;
 
 #[test]
 fn random_programs_give_the_same_values() {
-    if gpu().is_none() {
+    let Some(mut interp) = strict_interp() else {
         return;
-    }
-    let strict = Gpu::open_with(AdapterPreference::Any, Arithmetic::Strict);
-    let mut interp = open_on(
-        EngineKind::Interp,
-        strict.expect("software Vulkan can be strict"),
-    );
+    };
     // A kernel that supports all of them, as an editor keeps it. It is made for the programs that extend the
     // requirements of the ones before.
     let programs = input_count(300, 100);

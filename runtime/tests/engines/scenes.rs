@@ -1,7 +1,7 @@
 //! Hand-made modules: a listing for the distance, optionally one for surfaces, and plain settings.
 
 use sdfc_runtime::engine::{Engine, EngineKind, SceneInput, open, open_on};
-use sdfc_runtime::gpu::{AdapterPreference, Gpu};
+use sdfc_runtime::gpu::{AdapterPreference, Arithmetic, Gpu};
 use sdfc_runtime::render::RenderSettings;
 use sdfc_runtime::settings::{Overrides, resolve};
 use sdfc_shaders::assemble::SceneSource;
@@ -18,10 +18,14 @@ use sdfc_vm::verify::verify;
 
 /// The device for GPU tests. Only a stated reason excuses a missing one.
 pub(crate) fn gpu() -> Option<Gpu> {
+    gpu_with(Arithmetic::Default)
+}
+
+fn gpu_with(arithmetic: Arithmetic) -> Option<Gpu> {
     if is_gpu_skipped() {
         return None;
     }
-    match Gpu::open(AdapterPreference::Any) {
+    match Gpu::open_with(AdapterPreference::Any, arithmetic) {
         Ok(gpu) => Some(gpu),
         Err(error) => panic!("{error}; ./test.sh installs a software driver"),
     }
@@ -30,6 +34,11 @@ pub(crate) fn gpu() -> Option<Gpu> {
 /// The interpreter, if there is a device.
 pub(crate) fn interp() -> Option<Box<dyn Engine>> {
     gpu().map(|gpu| open_on(EngineKind::Interp, gpu))
+}
+
+/// The interpreter with strict arithmetic, whose bits are the same on every device.
+pub(crate) fn strict_interp() -> Option<Box<dyn Engine>> {
+    gpu_with(Arithmetic::Strict).map(|gpu| open_on(EngineKind::Interp, gpu))
 }
 
 pub(crate) fn cpu() -> Box<dyn Engine> {

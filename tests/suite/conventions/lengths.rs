@@ -9,7 +9,7 @@ use std::path::Path;
 const MAX_FUNCTION_LINES: usize = 100;
 
 /// Longer functions that remain: path, name, and a number of lines that none may exceed. None may be added.
-const REMAINING: [(&str, &str, usize); 21] = [
+const REMAINING: [(&str, &str, usize); 20] = [
     ("compiler/src/compile.rs", "compile_with", 146),
     ("compiler/src/cutter_extension.rs", "extend_cutter", 125),
     (
@@ -32,7 +32,6 @@ const REMAINING: [(&str, &str, usize); 21] = [
         144,
     ),
     ("runtime/src/gpu/cell_builder.rs", "build", 107),
-    ("runtime/src/gpu/driver/strict/portable.rs", "block", 109),
     ("runtime/src/render/prepare.rs", "prepare", 112),
     ("shaders/src/interpreter.rs", "interpreter", 147),
     (

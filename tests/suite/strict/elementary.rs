@@ -109,6 +109,7 @@ fn on_device(gpu: &Gpu, case: &Case, arguments: &[[f32; 2]]) -> Vec<f32> {
         wgsl: &text,
         entry: "main",
         bindings: &bindings,
+        as_written: false,
     });
     let kernel = kernel.unwrap_or_else(|error| panic!("{error}"));
     let run = || {

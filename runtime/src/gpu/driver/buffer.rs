@@ -184,7 +184,7 @@ impl Gpu {
         if let Some(buffer) = kept.filter(|buffer| buffer.size() >= size) {
             return Ok(buffer);
         }
-        let size = size.max(MIN_STAGING_BYTES);
+        let size = size.max(MIN_STAGING_BYTES.min(self.info.limits.buffer));
         self.raw_buffer(
             "readback",
             size,

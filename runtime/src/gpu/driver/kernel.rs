@@ -29,6 +29,9 @@ pub struct KernelSource<'a> {
     pub entry: &'a str,
     /// The buffers it uses, all in group 0.
     pub bindings: &'a [BufferBinding],
+    /// Set if a device with default arithmetic must not fuse or reorder its operations either. It rounds
+    /// quotients and roots as it does elsewhere.
+    pub as_written: bool,
 }
 
 /// A binding point for a buffer: `@group(0) @binding(slot)`.
@@ -87,45 +90,13 @@ impl Gpu {
         let kernel = on_large_stack(
             BASE_STACK_BYTES + STACK_BYTES_PER_TEXT_BYTE * source.wgsl.len(),
             || {
-                let (mut module, mut info, workgroup_size) = parse(source)?;
-                let shader_error = |text| GpuError::Shader {
-                    label: source.label.to_owned(),
-                    text,
-                };
-                let internal_error = |text| GpuError::Internal(format!("strict kernels: {text}"));
-                if self.arithmetic.is_strict() {
-                    strict::exact::check(&module, &info).map_err(shader_error)?;
-                    let mut rewrites = strict::rewriter::Rewrites {
-                        barriers: self.arithmetic == Arithmetic::Portable,
-                        rounding: None,
-                    };
-                    if self.rounding == Rounding::Software {
-                        let wgsl = strict::rounding::with_functions(source.wgsl);
-                        (module, info, _) = parse(&KernelSource {
-                            wgsl: &wgsl,
-                            ..*source
-                        })?;
-                        rewrites.rounding = strict::rounding::RoundingFunctions::find(&module);
-                    }
-                    if rewrites.any() {
-                        module = strict::rewriter::rewrite(&module, &info, source.entry, rewrites)
-                            .map_err(shader_error)?;
-                        info = validator()
-                            .validate(&module)
-                            .map_err(|error| internal_error(error.into_inner().to_string()))?;
-                    }
-                }
-                let (code, sizes) = match self.arithmetic {
-                    Arithmetic::Default | Arithmetic::Portable => (
+                let (module, info, workgroup_size) = parse(source)?;
+                let (code, sizes) = match self.arithmetic_of(source) {
+                    Arithmetic::Default => (
                         ModuleCode::Module(Box::new(module)),
                         vec![None; source.bindings.len()],
                     ),
-                    Arithmetic::Strict => {
-                        let sizes = strict::binding_sizes(&module, source.label, source.bindings)?;
-                        self.check_workgroup(source.label, &module, workgroup_size)?;
-                        let words = strict::spirv_words(&module, &info, source.bindings)?;
-                        (ModuleCode::Words(words), sizes)
-                    }
+                    strict => self.strict_code(source, strict, (module, info, workgroup_size))?,
                 };
                 self.error_tracker
                     .scoped(&self.device, || self.pipeline(source, code, &sizes))
@@ -139,6 +110,57 @@ impl Gpu {
         )?;
         self.pipelines.fetch_add(1, Ordering::Relaxed);
         Ok(kernel)
+    }
+
+    /// Returns the arithmetic of a kernel on this device.
+    fn arithmetic_of(&self, source: &KernelSource<'_>) -> Arithmetic {
+        match self.arithmetic {
+            Arithmetic::Default if source.as_written && self.has_passthrough => Arithmetic::Strict,
+            Arithmetic::Default if source.as_written => Arithmetic::Portable,
+            arithmetic => arithmetic,
+        }
+    }
+
+    /// Returns the code of a strict kernel, and the minimum sizes of its buffers where they are known.
+    fn strict_code(
+        &self,
+        source: &KernelSource<'_>,
+        arithmetic: Arithmetic,
+        (mut module, mut info, workgroup_size): ParsedModule,
+    ) -> Result<(ModuleCode, Vec<Option<NonZeroU64>>), GpuError> {
+        let shader_error = |text| GpuError::Shader {
+            label: source.label.to_owned(),
+            text,
+        };
+        let internal_error = |text| GpuError::Internal(format!("strict kernels: {text}"));
+        strict::exact::check(&module, &info).map_err(shader_error)?;
+        let mut rewrites = strict::rewriter::Rewrites {
+            barriers: arithmetic == Arithmetic::Portable,
+            rounding: None,
+        };
+        if self.rounding == Rounding::Software {
+            let wgsl = strict::rounding::with_functions(source.wgsl);
+            (module, info, _) = parse(&KernelSource {
+                wgsl: &wgsl,
+                ..*source
+            })?;
+            rewrites.rounding = strict::rounding::RoundingFunctions::find(&module);
+        }
+        if rewrites.any() {
+            module = strict::rewriter::rewrite(&module, &info, source.entry, rewrites)
+                .map_err(shader_error)?;
+            info = validator()
+                .validate(&module)
+                .map_err(|error| internal_error(error.into_inner().to_string()))?;
+        }
+        if arithmetic == Arithmetic::Portable {
+            let sizes = vec![None; source.bindings.len()];
+            return Ok((ModuleCode::Module(Box::new(module)), sizes));
+        }
+        let sizes = strict::binding_sizes(&module, source.label, source.bindings)?;
+        self.check_workgroup(source.label, &module, workgroup_size)?;
+        let words = strict::spirv_words(&module, &info, source.bindings)?;
+        Ok((ModuleCode::Words(words), sizes))
     }
 
     fn pipeline(
@@ -238,9 +260,12 @@ fn validator() -> Validator {
     Validator::new(ValidationFlags::all(), Capabilities::empty())
 }
 
+/// A valid module, facts about it, and the workgroup size of its entry point.
+type ParsedModule = (naga::Module, ModuleInfo, [u32; 3]);
+
 /// Parses the text, validates it against plain WGSL without extensions, and finds the workgroup size of the
 /// entry point.
-fn parse(source: &KernelSource<'_>) -> Result<(naga::Module, ModuleInfo, [u32; 3]), GpuError> {
+fn parse(source: &KernelSource<'_>) -> Result<ParsedModule, GpuError> {
     let shader_error = |text: String| GpuError::Shader {
         label: source.label.to_owned(),
         text,

@@ -40,13 +40,13 @@ fn find_violation(tested: &TestShape, seed: u64) -> Option<String> {
         if is_same || is_empty || slope.value.is_nan() {
             continue;
         }
-        let changes = (0..8).map(|_| {
-            let q = point_along(
-                p,
-                random_direction(&mut points.random),
-                DISCONTINUITY_SEARCH_PER_SIZE * size,
-            );
-            (tested.oracle.value(q) - truth).abs()
+        // Opposite points lie on both sides of a discontinuity through the point.
+        let changes = (0..8).flat_map(|_| {
+            let direction = random_direction(&mut points.random);
+            [-1.0, 1.0].map(|side| {
+                let distance = side * DISCONTINUITY_SEARCH_PER_SIZE * size;
+                (tested.oracle.value(point_along(p, direction, distance)) - truth).abs()
+            })
         });
         // At a discontinuity the value changes far more than its slope predicts.
         let max_change =

@@ -93,6 +93,7 @@ pub(in super::super) fn check(gpu: &Gpu) -> Result<(), GpuError> {
         wgsl: TEXT,
         entry: "main",
         bindings: &bindings,
+        as_written: false,
     })?;
     let triples = test_triples();
     let input_buffer = gpu.buffer_with("operands", BufferUsage::Storage, &triples)?;

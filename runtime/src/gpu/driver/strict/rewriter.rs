@@ -504,6 +504,22 @@ impl Rewriter<'_> {
         result
     }
 
+    fn loop_statement(
+        &mut self,
+        body: &Block,
+        continuing: &Block,
+        break_if: Option<Handle<Expression>>,
+    ) -> Result<Statement, String> {
+        let body = self.block(body)?;
+        let mut continuing = self.block(continuing)?;
+        let break_if = break_if.map(|condition| self.operand(condition, &mut continuing));
+        Ok(Statement::Loop {
+            body,
+            break_if: break_if.transpose()?,
+            continuing,
+        })
+    }
+
     fn block(&mut self, old: &Block) -> Result<Block, String> {
         let mut new = Block::with_capacity(old.len());
         for (statement, span) in old.span_iter() {
@@ -541,17 +557,7 @@ impl Rewriter<'_> {
                     body,
                     continuing,
                     break_if,
-                } => {
-                    let body = self.block(body)?;
-                    let mut continuing = self.block(continuing)?;
-                    let break_if =
-                        break_if.map(|condition| self.operand(condition, &mut continuing));
-                    Statement::Loop {
-                        body,
-                        break_if: break_if.transpose()?,
-                        continuing,
-                    }
-                }
+                } => self.loop_statement(body, continuing, *break_if)?,
                 Statement::Return { value } => {
                     let value = value.map(|value| self.operand(value, &mut new));
                     Statement::Return {

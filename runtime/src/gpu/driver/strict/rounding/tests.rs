@@ -65,6 +65,7 @@ fn results(text: &str) -> Option<Vec<[f32; 2]>> {
         wgsl: &format!("{text}{CALLS}"),
         entry: "main",
         bindings: &bindings,
+        as_written: false,
     });
     let kernel = kernel.expect("it compiles");
     let operands = gpu.buffer_with("operands", BufferUsage::Storage, &pairs());
