@@ -1,12 +1,16 @@
-//! All engines draw all scenes alike, within the tolerances of `sdfc verify`.
+//! All engines draw all scenes alike, within the tolerances of `sdfc verify`. The short form takes every second
+//! scene: with strict arithmetic, all of them have equal bits (`strict.rs`).
 
-use crate::corpus::{compiled, on_large_stack, scenes};
+use crate::corpus::{compiled, on_large_stack, scenes_on_gpu};
 use sdfc_compiler::passes::PassOptions;
-use sdfc_runtime::comparison::{Comparison, compare_engines, small_settings};
+use sdfc_runtime::comparison::{Comparison, compare_engines};
 use sdfc_runtime::engine::{Engine, EngineKind, SceneInput, open};
 use sdfc_runtime::settings::{Overrides, resolve};
 use sdfc_shaders::assemble::SceneSource;
 use sdfc_trials::skip::is_gpu_skipped;
+
+/// Size of the pictures.
+const SIZE: [u32; 2] = [96, 64];
 
 #[test]
 fn engines_draw_every_scene_alike() {
@@ -18,12 +22,12 @@ fn engines_draw_every_scene_alike() {
         .map(|kind| open(kind).unwrap_or_else(|error| panic!("{kind}: {error}")))
         .collect();
     let mut failures = Vec::new();
-    for path in scenes("tests/scenes").iter().chain(&scenes("examples")) {
+    for path in &scenes_on_gpu(1) {
         let mut compiled = on_large_stack(|| compiled(path, PassOptions::default()));
         let uniform_values = compiled.module.update(0.0);
         let source = compiled.generated();
         let overrides = Overrides {
-            size: Some([48, 32]),
+            size: Some(SIZE),
             aa: Some(1),
             ..Overrides::default()
         };
@@ -38,7 +42,7 @@ fn engines_draw_every_scene_alike() {
             uniform_values: &uniform_values,
             generated,
         };
-        let report = compare_engines(&loaded, &mut engines, &small_settings(&settings));
+        let report = compare_engines(&loaded, &mut engines, &settings);
         let report = report.unwrap_or_else(|error| panic!("{}: {error}", path.display()));
         // Software Vulkan fuses nothing that shows in a picture.
         let is_software = report.engines[1].device.contains("software");

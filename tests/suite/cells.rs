@@ -1,6 +1,6 @@
 //! Cells preserve the picture of every scene, and the bits of the field inside each cell.
 
-use crate::corpus::{compiled, on_large_stack, scenes};
+use crate::corpus::{compiled, on_large_stack, scenes, scenes_on_gpu};
 use glam::Vec3;
 use sdfc_compiler::compile::{self, Compiled, compile};
 use sdfc_compiler::elaborate::{self, elaborate};
@@ -149,7 +149,7 @@ const MAX_COLOR_DIFFERENCE: f32 = 1e-4;
 fn the_interpreter_draws_the_same_bits_with_and_without_cells() {
     let mut engine = open_engine(EngineKind::Interp);
     let mut failures = Vec::new();
-    for path in scene_paths() {
+    for path in scenes_on_gpu(1) {
         let mut compiled = on_large_stack(|| compiled(&path, PassOptions::default()));
         let uniform_values = compiled.module.update(0.0);
         let mut drawn = |cells| drawn(&mut *engine, &compiled, &uniform_values, (cells, [64, 48]));
