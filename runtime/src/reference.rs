@@ -128,7 +128,7 @@ pub struct RayEnd {
 pub struct GroundTruth {
     /// Width and height in pixels.
     pub size: [usize; 2],
-    /// Results of the rays through the centres of pixels, row after row from the upper left.
+    /// Results of the rays of pixels with one sample each, row after row from the upper left.
     pub rays: Vec<RayEnd>,
     /// Classes of those pixels.
     pub places: Vec<PixelClass>,
@@ -144,7 +144,7 @@ impl GroundTruth {
     }
 }
 
-/// Traces the rays through the centres of all pixels, on all cores; the result does not depend on their
+/// Traces the rays of all pixels, one sample each, on all cores; the result does not depend on their
 /// number. `module` is as [`Module::update`] left it, and `settings` are those of the picture
 /// ([`crate::settings::resolve`]).
 pub fn trace(module: &Module, settings: &RenderSettings, options: &TraceOptions) -> GroundTruth {

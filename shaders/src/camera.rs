@@ -2,10 +2,10 @@
 
 use sdfc_vm::real::{Real, Vector2, Vector3, lit};
 
-/// Shift of all samples in pixels, exact in binary. Without it, rays of level cameras lie exactly in planes of
-/// the scene. In the plane in which two solids touch, the field is zero all along the ray, as beside a sheet
-/// without thickness.
-pub const SAMPLE_SHIFT: [f64; 2] = [5.0 / 128.0, 7.0 / 128.0];
+/// Shift of all samples in pixels. Without it, rays of level cameras lie exactly in planes of the scene. In the
+/// plane in which two solids touch, the field is zero all along the ray, as beside a sheet without thickness.
+/// Neither the numbers nor their ratio, the golden one, are those of round coordinates and angles.
+pub const SAMPLE_SHIFT: [f64; 2] = [0.038_196_6, 0.061_803_4];
 
 /// Returns the position of a pixel's sample in the picture: from (-1, -1), lower left, to (1, 1), upper
 /// right. `pixel` counts from the upper left; `offset` is within (-½, ½). All samples are shifted by a

@@ -90,7 +90,7 @@ impl RayTruth {
             .ray([pixel % width, pixel / width].map(|v| v as f64), [0.0; 2])
     }
 
-    /// Traces the ray through the centre of a pixel.
+    /// Traces the ray of a pixel with a single sample.
     fn outcome(&mut self, pixel: usize) -> TraceOutcome {
         if let Some(cached) = self.outcomes[pixel] {
             return cached;

@@ -1,11 +1,12 @@
 //! The view that all renderers draw: a cube that fills the picture, along parallel rays.
 //!
-//! Fidget samples a pixel at its lower left corner and sdfc at its center, so Fidget's matrix moves by half
-//! a pixel. Both then sample the field at the same points. None of them is exactly on an edge of a model
+//! Fidget samples a pixel at its lower left corner and sdfc near its center, so Fidget's matrix moves by about
+//! half a pixel. Both then sample the field at the same points. None of them is exactly on an edge of a model
 //! with round coordinates, where rounding would decide between inside and outside.
 
 use nalgebra::{Matrix3, Matrix4, Rotation3, Vector2, Vector3};
 use sdfc_runtime::render::{ResolvedLens, View as Camera};
+use sdfc_shaders::camera::SAMPLE_SHIFT;
 
 /// A cube around the origin, viewed through one of its faces.
 #[derive(Clone, Copy, Debug)]
@@ -71,17 +72,23 @@ impl CubeView {
     /// Returns Fidget's matrix from the cube between −1 and 1 to the model's space, for pictures of `size`
     /// pixels.
     pub(crate) fn matrix(&self, size: u32) -> Matrix4<f32> {
-        let shift = 1.0 / f64::from(size);
-        let shift = Matrix4::new_translation(&Vector3::new(shift, shift, 0.0));
+        let [right, up] = sample_offset(size);
+        let shift = Matrix4::new_translation(&Vector3::new(right, up, 0.0));
         (self.rotation.to_homogeneous() * Matrix4::new_scaling(self.half) * shift).cast()
     }
 
     /// Returns Fidget's matrix for pictures of 2-D shapes.
     pub(crate) fn plane_matrix(&self, size: u32) -> Matrix3<f32> {
-        let shift = 1.0 / f64::from(size);
-        let shift = Matrix3::new_translation(&Vector2::new(shift, shift));
+        let shift = Matrix3::new_translation(&Vector2::from(sample_offset(size)));
         (Matrix3::new_scaling(self.half) * shift).cast()
     }
+}
+
+/// Returns the offset of sdfc's sample from the lower left corner of a pixel, to the right and up. The picture has
+/// `size` pixels between −1 and 1.
+fn sample_offset(size: u32) -> [f64; 2] {
+    let [right, down] = SAMPLE_SHIFT;
+    [0.5 + right, 0.5 - down].map(|pixels| 2.0 * pixels / f64::from(size))
 }
 
 #[cfg(test)]
@@ -100,8 +107,9 @@ mod tests {
         let right = forward.cross(&Vector3::from(camera.up));
         let up = right.cross(&forward);
         for (x, y) in [(0, 0), (15, 0), (3, 9), (8, 8)] {
-            let normalized = |n: f64| (n + 0.5) / f64::from(size) * 2.0 - 1.0;
-            let offset = right * normalized(f64::from(x)) - up * normalized(f64::from(y));
+            let normalized = |n: f64, shift: f64| (n + 0.5 + shift) / f64::from(size) * 2.0 - 1.0;
+            let [u, v] = [normalized(f64::from(x), SAMPLE_SHIFT[0]), normalized(f64::from(y), SAMPLE_SHIFT[1])];
+            let offset = right * u - up * v;
             let sdfc_point = look + offset * view.half();
             let fidget_point = fidget.transform_point(&nalgebra::Point3::new(x as f32, y as f32, 8.0));
             assert!(

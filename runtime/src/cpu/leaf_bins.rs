@@ -52,7 +52,7 @@ impl LeafBins {
                 let pixel = |v: f32, axis: usize, up: f32| {
                     ((v / PACKET_SIDE as f32).floor() + up).clamp(0.0, packets[axis] as f32) as u32
                 };
-                // Samples lie within half a pixel of a pixel's centre.
+                // Samples lie within half a pixel of a pixel's centre, and the shift of all samples.
                 let from = [0, 1].map(|axis| pixel(low[axis] - 0.1, axis, 0.0));
                 let to = [0, 1].map(|axis| pixel(high[axis] + 0.1, axis, 1.0));
                 let min_ray_t = projection.min_ray_t(region);

@@ -50,7 +50,8 @@ impl ReferenceCamera {
     }
 
     /// Returns the ray of a pixel, counted from the upper left. `offset` is the ray's position in the pixel,
-    /// from (-½, -½) to (½, ½); the centre is (0, 0).
+    /// from (-½, -½) to (½, ½). At (0, 0) it is that of a single sample, [`camera::SAMPLE_SHIFT`] beside the
+    /// centre.
     pub fn ray(&self, [x, y]: [f64; 2], offset: [f64; 2]) -> ReferenceRay {
         let pair = |[x, y]: [f64; 2]| V2 { x, y };
         let vector = |[x, y, z]: [f64; 3]| V3::new(x, y, z);
