@@ -5,6 +5,7 @@ use glam::DVec3;
 use sdfc_compiler::passes::PassOptions;
 use sdfc_runtime::engine::{EngineKind, open};
 use sdfc_runtime::render::{CellMode, Image};
+use sdfc_shaders::camera::SAMPLE_SHIFT;
 
 /// Maximum number of channels of edge pixels that rounding changes in a picture.
 const MAX_EDGE_CHANNELS: usize = 12;
@@ -294,8 +295,10 @@ fn wrongly_lit(solids: &[Solid], light: (DVec3, bool), size: f64, form: &str) ->
     let mut failures = Vec::new();
     for y in 0..SIDE {
         for x in 0..SIDE {
-            let to_scene = |pixel: usize| ((pixel as f64 + 0.5) / SIDE as f64 - 0.5) * 6.0;
-            let p = DVec3::new(to_scene(x), 1e-6, to_scene(y));
+            let to_scene =
+                |pixel: usize, shift: f64| ((pixel as f64 + 0.5 + shift) / SIDE as f64 - 0.5) * 6.0;
+            let [right, down] = SAMPLE_SHIFT;
+            let p = DVec3::new(to_scene(x, right), 1e-6, to_scene(y, down));
             // Pixels covered by a solid are skipped.
             let above = DVec3::new(1e-9, 20.0, 1e-9);
             let near = DVec3::new(p.x, 0.0, p.z);
