@@ -3,11 +3,10 @@
 //! The first two measure the distance alone on one thread: one point at a time, and 64. The queries of the
 //! engines use all their resources, and return distance, gradient and material.
 
-use crate::scenes;
+use crate::scenes::{self, BenchScene};
 use criterion::{BenchmarkGroup, Criterion, Throughput, measurement::WallTime};
 use sdfc_compiler::compile::Compiled;
-use sdfc_runtime::engine::{EngineKind, SceneInput, open};
-use sdfc_shaders::assemble::SceneSource;
+use sdfc_runtime::engine::{EngineKind, open};
 use sdfc_vm::evaluate::evaluate;
 use sdfc_vm::lanes::{F32x64, LANES, Points};
 use sdfc_vm::tape::Tape;
@@ -57,22 +56,14 @@ pub(crate) fn bench(criterion: &mut Criterion) {
 
 /// Measures a query on an engine, if it is available on this machine.
 fn query(group: &mut BenchmarkGroup<'_, WallTime>, compiled: &Compiled, kind: EngineKind) {
-    let mut module = compiled.module.clone();
-    let uniform_values = module.update(0.0);
-    let generated = compiled.generated();
-    let scene = SceneInput {
-        module: &module,
-        uniform_values: &uniform_values,
-        generated: SceneSource {
-            text: &generated.text,
-            calls: &generated.calls,
-        },
-    };
+    let scene = BenchScene::new(compiled);
     let Ok(mut engine) = open(kind) else {
         eprintln!("engine {kind} is not measured: there is no GPU adapter");
         return;
     };
-    engine.load(&scene).expect("the scene fits every engine");
+    engine
+        .load(&scene.input())
+        .expect("the scene fits every engine");
     let points = points(QUERY_POINTS);
     group.bench_function(format!("query on {kind}"), |bencher| {
         bencher.iter(|| engine.query(black_box(&points)).expect("an answer"));

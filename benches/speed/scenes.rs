@@ -1,9 +1,15 @@
-//! The scenes of the benchmarks: the examples, and one of any size. That one has `count` primitives (sphere, rotated box, torus and capsule in turn)
-//! in groups of five. Each group is joined by union, smooth union and subtraction.
+//! The scenes of the benchmarks: the examples, and one of any size. That one has `count` primitives (sphere,
+//! rotated box, torus and capsule in turn) in groups of five. Each group is joined by union, smooth union and
+//! subtraction.
 
-use sdfc_compiler::compile::{self, Compiled, compile};
+use sdfc_compiler::compile::{self, Compiled, GeneratedSource, compile};
 use sdfc_compiler::elaborate::{self, elaborate};
 use sdfc_lang::Sources;
+use sdfc_runtime::engine::SceneInput;
+use sdfc_runtime::render::RenderSettings;
+use sdfc_runtime::settings::{Overrides, resolve};
+use sdfc_shaders::assemble::SceneSource;
+use sdfc_vm::program::Module;
 use std::fmt::Write;
 use std::path::PathBuf;
 
@@ -65,6 +71,43 @@ pub(crate) fn examples() -> Vec<PathBuf> {
         .collect();
     scenes.sort();
     scenes
+}
+
+/// A scene for engines.
+pub(crate) struct BenchScene {
+    pub(crate) module: Module,
+    pub(crate) uniform_values: Vec<f64>,
+    generated: GeneratedSource,
+}
+
+impl BenchScene {
+    /// Creates the scene at the beginning of its time.
+    pub(crate) fn new(compiled: &Compiled) -> Self {
+        let mut module = compiled.module.clone();
+        let uniform_values = module.update(0.0);
+        Self {
+            module,
+            uniform_values,
+            generated: compiled.generated(),
+        }
+    }
+
+    /// Returns what an engine loads.
+    pub(crate) fn input(&self) -> SceneInput<'_> {
+        SceneInput {
+            module: &self.module,
+            uniform_values: &self.uniform_values,
+            generated: SceneSource {
+                text: &self.generated.text,
+                calls: &self.generated.calls,
+            },
+        }
+    }
+
+    /// Returns the settings of a picture.
+    pub(crate) fn settings(&self, overrides: &Overrides) -> RenderSettings {
+        resolve(&self.module, &self.uniform_values, overrides).expect("a view")
+    }
 }
 
 /// Compiles a scene.

@@ -42,10 +42,7 @@ fn kernel(
     wgsl: &str,
     access: &[BindingAccess],
 ) -> Result<Kernel, GpuError> {
-    let bindings: Vec<_> = (0..)
-        .zip(access)
-        .map(|(slot, &access)| BufferBinding { slot, access })
-        .collect();
+    let bindings = BufferBinding::numbered(access);
     gpu.kernel(&KernelSource {
         label,
         wgsl,

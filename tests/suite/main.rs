@@ -3,6 +3,7 @@
 mod agreement;
 mod cells;
 mod cli;
+mod contacts;
 mod conventions;
 mod corpus;
 mod framing;

@@ -1,13 +1,13 @@
 //! Rays through pixels, computed in `f64` with the axes that engines use.
 
 use glam::DVec3;
-use sdfc_runtime::render::{Axes, RenderSettings};
-use sdfc_shaders::camera::SAMPLE_SHIFT;
+use sdfc_runtime::reference::ReferenceCamera;
+use sdfc_runtime::render::RenderSettings;
 
 /// Rays of a picture: those of the first sample of each pixel, to which the channels of its image belong.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PictureRays {
-    axes: Axes,
+    camera: ReferenceCamera,
     size: [u32; 2],
     /// Offset of the first sample from the pixel centre, in pixels.
     offset: f64,
@@ -34,7 +34,7 @@ impl PictureRays {
     pub fn new(settings: &RenderSettings) -> Self {
         let size = settings.size.map(|n| n.max(1));
         Self {
-            axes: Axes::from_settings(settings),
+            camera: ReferenceCamera::new(settings),
             size,
             offset: 0.5 / f64::from(settings.aa.max(1)) - 0.5,
         }
@@ -59,17 +59,10 @@ impl PictureRays {
     /// Returns the ray through a position in the picture, in pixels from the upper left one. The first
     /// samples of pixels have integer positions.
     pub fn through(&self, [column, row]: [f64; 2]) -> InspectedRay {
-        let [width, height] = self.size.map(f64::from);
-        let [sample_x, sample_y] = SAMPLE_SHIFT.map(|shift| 0.5 + shift + self.offset);
-        let x = (column + sample_x) / width * 2.0 - 1.0;
-        let y = 1.0 - (row + sample_y) / height * 2.0;
-        let interpolate = |[centre, right, up]: [DVec3; 3]| centre + right * x + up * y;
-        let axes = &self.axes;
-        let origin = [axes.origin, axes.origin_right, axes.origin_up];
-        let direction = [axes.forward, axes.forward_right, axes.forward_up];
+        let ray = self.camera.ray([column, row], [self.offset; 2]);
         InspectedRay {
-            origin: interpolate(origin.map(DVec3::from)),
-            direction: interpolate(direction.map(DVec3::from)).normalize(),
+            origin: ray.origin.into(),
+            direction: ray.direction.into(),
         }
     }
 }

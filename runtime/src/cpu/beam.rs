@@ -1,6 +1,6 @@
 //! The stage `beam`: distance that the rays of each block of pixels can advance together.
 
-use super::ray_tasks::{RayTask, lane_vector, lanes, set_lane_vector, store_point};
+use super::ray_tasks::{RayTask, lane_ray, lanes, set_lane_ray, store_point};
 use super::{F32x64, LANES, Points};
 use crate::render::ray::{camera_ray, vector};
 use sdfc_shaders::layout::{self, FrameUniforms};
@@ -49,15 +49,7 @@ impl RayTask for Beams<'_> {
             widening = Real::max(widening, direction_difference);
         }
         let (low, high) = (vector(frame.bounds_min), vector(frame.bounds_max));
-        set_lane_vector!(block, lane, origin_x, origin_y, origin_z, centre_ray.origin);
-        set_lane_vector!(
-            block,
-            lane,
-            direction_x,
-            direction_y,
-            direction_z,
-            centre_ray.direction
-        );
+        set_lane_ray!(block, lane, centre_ray.origin, centre_ray.direction);
         block.spread.0[lane] = spread;
         block.widening.0[lane] = widening;
         block.t.0[lane] = beam::start_t::<f32>(centre_ray.origin, low, high, spread);
@@ -69,8 +61,7 @@ impl RayTask for Beams<'_> {
     fn points(&self, block: &BeamLanes, points: &mut Points) {
         let (low, high) = (vector(self.frame.bounds_min), vector(self.frame.bounds_max));
         for i in 0..LANES {
-            let origin = lane_vector!(block, i, origin_x, origin_y, origin_z);
-            let direction = lane_vector!(block, i, direction_x, direction_y, direction_z);
+            let (origin, direction) = lane_ray!(block, i);
             let p = camera::point_along::<f32>(origin, direction, block.t.0[i]);
             let p = beam::clamp_to_box::<f32>(p, low, high);
             store_point(points, i, p);

@@ -1,8 +1,6 @@
 //! The stage `march`: rays advance to the surface.
 
-use super::ray_tasks::{
-    ColumnChoice, RayTask, is_nan, lane_vector, lanes, set_lane_vector, store_point,
-};
+use super::ray_tasks::{ColumnChoice, RayTask, is_nan, lane_ray, lanes, set_lane_ray, store_point};
 use super::{F32x64, LANES, Points};
 use crate::render::ray::{PixelRay, camera_ray, vector};
 use sdfc_shaders::layout::{Beam, FrameUniforms, RayState};
@@ -158,15 +156,7 @@ impl RayTask for March<'_> {
             ray.status = Status::Miss as u32;
             return false;
         }
-        set_lane_vector!(block, lane, origin_x, origin_y, origin_z, origin);
-        set_lane_vector!(
-            block,
-            lane,
-            direction_x,
-            direction_y,
-            direction_z,
-            direction
-        );
+        set_lane_ray!(block, lane, origin, direction);
         block.exit_t.0[lane] = bounds.y;
         block.t.0[lane] = ray.t;
         block.field.0[lane] = 0.0;
@@ -182,8 +172,7 @@ impl RayTask for March<'_> {
     #[inline(always)]
     fn points(&self, block: &MarchLanes, points: &mut Points) {
         for i in 0..LANES {
-            let origin = lane_vector!(block, i, origin_x, origin_y, origin_z);
-            let direction = lane_vector!(block, i, direction_x, direction_y, direction_z);
+            let (origin, direction) = lane_ray!(block, i);
             let p = camera::point_along::<f32>(origin, direction, block.t.0[i] + block.step.0[i]);
             store_point(points, i, p);
         }

@@ -22,7 +22,7 @@ mod refine_roots;
 
 use super::leaf_bins::BinnedLeaf;
 use super::march::{outcome, step_lane};
-use super::ray_tasks::{ColumnChoice, Lanes, is_nan, lane_vector, lanes, store_point};
+use super::ray_tasks::{ColumnChoice, Lanes, is_nan, lane_ray, lanes, store_point};
 use super::{AabbLanes, Evaluator, F32x64, LANES, Points, RangeLanes};
 use crate::cells::{Cell, Cells, Occupancy};
 use entry::{
@@ -158,8 +158,7 @@ impl Marcher {
             if ray.status & SHOWN == 0 {
                 continue;
             }
-            let origin = lane_vector!(p, lane, origin_x, origin_y, origin_z);
-            let direction = lane_vector!(p, lane, direction_x, direction_y, direction_z);
+            let (origin, direction) = lane_ray!(p, lane);
             points[item as usize] = camera::point_along::<f32>(origin, direction, ray.t);
         }
         evaluations
@@ -504,8 +503,7 @@ multiversion! {
 #[inline(always)]
 fn next_points_body(block: &LeafRays, count: usize, points: &mut Points) {
     for i in 0..whole_chunks(count) {
-        let origin = lane_vector!(block, i, origin_x, origin_y, origin_z);
-        let direction = lane_vector!(block, i, direction_x, direction_y, direction_z);
+        let (origin, direction) = lane_ray!(block, i);
         let p = camera::point_along::<f32>(origin, direction, block.t.0[i] + block.step.0[i]);
         store_point(points, i, p);
     }

@@ -93,7 +93,39 @@ macro_rules! set_lane_vector {
         $block.$z.0[$lane] = v.z;
     };
 }
-pub(super) use {lane_vector, set_lane_vector};
+/// Reads the origin and the direction of the ray in a lane.
+macro_rules! lane_ray {
+    ($block:ident, $lane:expr) => {
+        (
+            $crate::cpu::ray_tasks::lane_vector!($block, $lane, origin_x, origin_y, origin_z),
+            $crate::cpu::ray_tasks::lane_vector!(
+                $block,
+                $lane,
+                direction_x,
+                direction_y,
+                direction_z
+            ),
+        )
+    };
+}
+
+/// Writes the origin and the direction of the ray in a lane.
+macro_rules! set_lane_ray {
+    ($block:ident, $lane:expr, $origin:expr, $direction:expr) => {
+        $crate::cpu::ray_tasks::set_lane_vector!(
+            $block, $lane, origin_x, origin_y, origin_z, $origin
+        );
+        $crate::cpu::ray_tasks::set_lane_vector!(
+            $block,
+            $lane,
+            direction_x,
+            direction_y,
+            direction_z,
+            $direction
+        );
+    };
+}
+pub(super) use {lane_ray, lane_vector, set_lane_ray, set_lane_vector};
 
 /// Writes a point to the first three columns of a lane.
 #[inline(always)]

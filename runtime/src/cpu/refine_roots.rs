@@ -1,9 +1,7 @@
 //! The stage `refine_roots`: the ends of rays are moved onto the surface. Packets refine theirs in
 //! `packet/refine_roots.rs`.
 
-use super::ray_tasks::{
-    ColumnChoice, RayTask, is_nan, lane_vector, lanes, set_lane_vector, store_point,
-};
+use super::ray_tasks::{ColumnChoice, RayTask, is_nan, lane_ray, lanes, set_lane_ray, store_point};
 use super::{F32x64, LANES, Points};
 use crate::render::ray::{PixelRay, camera_ray};
 use sdfc_shaders::camera;
@@ -44,15 +42,7 @@ impl RayTask for RootRefinement<'_> {
         let PixelRay {
             origin, direction, ..
         } = camera_ray(frame, self.pixels[item as usize]);
-        set_lane_vector!(block, lane, origin_x, origin_y, origin_z, origin);
-        set_lane_vector!(
-            block,
-            lane,
-            direction_x,
-            direction_y,
-            direction_z,
-            direction
-        );
+        set_lane_ray!(block, lane, origin, direction);
         block.t.0[lane] = ray.t;
         block.field.0[lane] = ray.field;
         block.t_other.0[lane] = ray.t_before;
@@ -71,8 +61,7 @@ impl RayTask for RootRefinement<'_> {
     #[inline(always)]
     fn points(&self, block: &RootLanes, points: &mut Points) {
         for i in 0..LANES {
-            let origin = lane_vector!(block, i, origin_x, origin_y, origin_z);
-            let direction = lane_vector!(block, i, direction_x, direction_y, direction_z);
+            let (origin, direction) = lane_ray!(block, i);
             let p = camera::point_along::<f32>(origin, direction, block.estimate.0[i]);
             store_point(points, i, p);
         }

@@ -99,11 +99,8 @@ fn on_device(gpu: &Gpu, case: &Case, arguments: &[[f32; 2]]) -> Vec<f32> {
          }}\n",
         case.call
     ));
-    let slots = [BindingAccess::StorageRead, BindingAccess::StorageReadWrite];
-    let bindings: Vec<BufferBinding> = (0..)
-        .zip(slots)
-        .map(|(slot, access)| BufferBinding { slot, access })
-        .collect();
+    let bindings =
+        BufferBinding::numbered(&[BindingAccess::StorageRead, BindingAccess::StorageReadWrite]);
     let kernel = gpu.kernel(&KernelSource {
         label: case.name,
         wgsl: &text,

@@ -4,7 +4,7 @@
 use super::{LeafRays, Packet};
 use crate::cells::{Aabb, Cell};
 use crate::cpu::march::initial_side;
-use crate::cpu::ray_tasks::{ColumnChoice, lane_vector, set_lane_vector, store_point};
+use crate::cpu::ray_tasks::{ColumnChoice, lane_ray, set_lane_ray, store_point};
 use crate::cpu::{F32x64, LANES, Points};
 use crate::render::ray::{camera_ray, vector};
 use sdfc_shaders::camera;
@@ -40,8 +40,7 @@ fn init_packet_body(
     for (lane, &pixel) in pixel.iter().enumerate() {
         let camera = camera_ray(frame, pixel);
         let (origin, direction) = (camera.origin, camera.direction);
-        set_lane_vector!(p, lane, origin_x, origin_y, origin_z, origin);
-        set_lane_vector!(p, lane, direction_x, direction_y, direction_z, direction);
+        set_lane_ray!(p, lane, origin, direction);
         let inverse = |d: f32| 1.0 / (Real::max(Real::abs(d), 1e-12) * d.sign_nonzero());
         p.inverse_x.0[lane] = inverse(direction.x);
         p.inverse_y.0[lane] = inverse(direction.y);
@@ -181,8 +180,7 @@ multiversion! {
 #[inline(always)]
 fn entry_points_body(p: &Packet, points: &mut Points) {
     for i in 0..LANES {
-        let origin = lane_vector!(p, i, origin_x, origin_y, origin_z);
-        let direction = lane_vector!(p, i, direction_x, direction_y, direction_z);
+        let (origin, direction) = lane_ray!(p, i);
         let p_ = camera::point_along::<f32>(origin, direction, p.entry_t.0[i]);
         store_point(points, i, p_);
     }

@@ -2,7 +2,7 @@
 
 use super::{LeafRays, whole_chunks};
 use crate::cpu::march::outcome;
-use crate::cpu::ray_tasks::lane_vector;
+use crate::cpu::ray_tasks::lane_ray;
 use crate::cpu::{AabbLanes, RangeLanes};
 use sdfc_shaders::camera;
 use sdfc_vm::multiversion;
@@ -16,8 +16,7 @@ multiversion! {
 #[inline(always)]
 fn remaining_boxes_body(block: &LeafRays, count: usize, boxes: &mut AabbLanes) {
     for i in 0..whole_chunks(count) {
-        let origin = lane_vector!(block, i, origin_x, origin_y, origin_z);
-        let direction = lane_vector!(block, i, direction_x, direction_y, direction_z);
+        let (origin, direction) = lane_ray!(block, i);
         // Rounding keeps the order of points along a ray, so the box of its ends contains all points between
         // them.
         let from = camera::point_along::<f32>(origin, direction, block.t.0[i]).to_array();

@@ -1,7 +1,7 @@
 //! Secant refinement of the hits in a leaf.
 
 use super::{Roots, whole_chunks};
-use crate::cpu::ray_tasks::{ColumnChoice, is_nan, lane_vector, store_point};
+use crate::cpu::ray_tasks::{ColumnChoice, is_nan, lane_ray, store_point};
 use crate::cpu::{F32x64, Points};
 use sdfc_shaders::camera;
 use sdfc_shaders::layout::FrameUniforms;
@@ -55,8 +55,7 @@ fn estimate_roots_body(
     for i in 0..whole_chunks(count) {
         let is_settled = is_settled(frame, block, i);
         has_open |= u32::from(!is_settled & (i < count));
-        let origin = lane_vector!(block, i, origin_x, origin_y, origin_z);
-        let direction = lane_vector!(block, i, direction_x, direction_y, direction_z);
+        let (origin, direction) = lane_ray!(block, i);
         let p = camera::point_along::<f32>(origin, direction, root_estimate(frame, block, i));
         store_point(points, i, p);
     }

@@ -43,6 +43,16 @@ pub struct BufferBinding {
     pub access: BindingAccess,
 }
 
+impl BufferBinding {
+    /// Returns bindings with this access, whose slots are numbered from 0.
+    pub fn numbered(access: &[BindingAccess]) -> Vec<Self> {
+        (0..)
+            .zip(access)
+            .map(|(slot, &access)| Self { slot, access })
+            .collect()
+    }
+}
+
 /// The declaration of a buffer in a kernel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum BindingAccess {
@@ -149,13 +159,16 @@ impl Gpu {
         if rewrites.any() {
             module = strict::rewriter::rewrite(&module, &info, source.entry, rewrites)
                 .map_err(shader_error)?;
+        }
+        if arithmetic == Arithmetic::Portable {
+            // wgpu validates it.
+            let sizes = vec![None; source.bindings.len()];
+            return Ok((ModuleCode::Module(Box::new(module)), sizes));
+        }
+        if rewrites.any() {
             info = validator()
                 .validate(&module)
                 .map_err(|error| internal_error(error.into_inner().to_string()))?;
-        }
-        if arithmetic == Arithmetic::Portable {
-            let sizes = vec![None; source.bindings.len()];
-            return Ok((ModuleCode::Module(Box::new(module)), sizes));
         }
         let sizes = strict::binding_sizes(&module, source.label, source.bindings)?;
         self.check_workgroup(source.label, &module, workgroup_size)?;

@@ -55,11 +55,8 @@ fn results(text: &str) -> Option<Vec<[f32; 2]>> {
         return None;
     }
     let gpu = Gpu::open(AdapterPreference::Any).expect("there is an adapter");
-    let slots = [BindingAccess::StorageRead, BindingAccess::StorageReadWrite];
-    let bindings: Vec<BufferBinding> = (0..)
-        .zip(slots)
-        .map(|(slot, access)| BufferBinding { slot, access })
-        .collect();
+    let bindings =
+        BufferBinding::numbered(&[BindingAccess::StorageRead, BindingAccess::StorageReadWrite]);
     let kernel = gpu.kernel(&KernelSource {
         label: "rounding",
         wgsl: &format!("{text}{CALLS}"),
