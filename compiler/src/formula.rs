@@ -9,7 +9,7 @@ use crate::scene::{
     NO_EDGE, NO_SURFACE_DISTANCE, Shape, ShapeId, ShapeKind, children, grid_cells, neighbour,
 };
 use crate::symbolic::Symbolic;
-use crate::uniforms::operands_first;
+use crate::uniforms::postorder;
 use sdfc_vm::apply::{OpResult, apply_numbers};
 use sdfc_vm::dual::Dual;
 use sdfc_vm::real::{Real, Vector3, lit};
@@ -82,7 +82,7 @@ pub(crate) struct Formula {
 impl Formula {
     /// Copies the definition of a number.
     pub(crate) fn read(&mut self, expressions: &Expressions, id: ExprId) {
-        let order = operands_first(expressions, id, |id| {
+        let order = postorder(expressions, id, |id| {
             expressions.stage(id) <= Stage::Uniform
         });
         let steps = order

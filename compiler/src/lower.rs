@@ -22,7 +22,7 @@ use crate::expression::{ExprId, Expression, Expressions};
 use crate::graph::{Graph, GraphNode, GraphNumber, NodeId, Origin, Purpose};
 use crate::leaves::LeafTracker;
 use crate::scene::{MaterialId, NO_EDGE, NO_SURFACE_DISTANCE, Scene, SceneRef, ShapeId, ShapeKind};
-use crate::uniforms::{Uniforms, operands_first};
+use crate::uniforms::{Uniforms, postorder};
 use paint::Coverage;
 use sdfc_lang::Diagnostic;
 use sdfc_vm::bounds::Bounds;
@@ -506,7 +506,7 @@ impl Lowering<'_> {
 
     /// Lowers a number of point stage to values of the graph.
     fn field(&mut self, id: ExprId, local_point: LocalPoint) -> NodeId {
-        let order = operands_first(&self.scene.expressions, id, |_| false);
+        let order = postorder(&self.scene.expressions, id, |_| false);
         let mut nodes: HashMap<ExprId, NodeId> = HashMap::with_capacity(order.len());
         for id in order {
             // A uniform number is one constant, whatever its definition.

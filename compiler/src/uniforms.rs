@@ -27,8 +27,8 @@ impl Uniforms {
         uniforms
     }
 
-    /// Returns a number as a constant or as an output of the uniform program. Its stage must be at most
-    /// uniform.
+    /// Returns a number as a constant or as an output of the uniform program. It
+    /// must be a constant, or depend only on parameters and time.
     pub fn intern(&mut self, expressions: &Expressions, id: ExprId) -> GraphNumber {
         if let Some(v) = expressions.as_constant(id) {
             return GraphNumber::Constant(v as f32);
@@ -45,7 +45,7 @@ impl Uniforms {
 
     /// Returns the step that computes a number, after those of its operands.
     fn step(&mut self, expressions: &Expressions, id: ExprId) -> u32 {
-        for operand in operands_first(expressions, id, |id| self.steps.contains_key(&id)) {
+        for operand in postorder(expressions, id, |id| self.steps.contains_key(&id)) {
             let step_index = |id: &ExprId| self.steps[id];
             let step = match expressions.get(operand) {
                 Expression::Constant(v) => UniformStep::Constant(*v),
@@ -84,15 +84,15 @@ impl Uniforms {
     }
 }
 
-/// Rebuilds a number with some of its operands replaced. `change` receives each operand, the same
-/// rebuilt from new operands, and these operands.
+/// Rebuilds a number with some of its operands replaced. `change` receives three arguments:
+/// an operand, that operand rebuilt from its replaced values, and these values.
 pub(crate) fn rewrite_number(
     expressions: &mut Expressions,
     number: ExprId,
     mut change: impl FnMut(&mut Expressions, ExprId, ExprId, &[ExprId]) -> ExprId,
 ) -> ExprId {
     let mut new: HashMap<ExprId, ExprId> = HashMap::new();
-    for id in operands_first(expressions, number, |_| false) {
+    for id in postorder(expressions, number, |_| false) {
         let new_id = |id: &ExprId| new.get(id).copied().unwrap_or(*id);
         let changed = match expressions.get(id).clone() {
             Expression::Apply {
@@ -116,7 +116,7 @@ pub(crate) fn rewrite_number(
 
 /// Returns the number and all its transitive operands that are not `is_known`, each after its own
 /// operands. A loop and not a recursion: sums can be as long as the loops of the scene.
-pub fn operands_first(
+pub fn postorder(
     expressions: &Expressions,
     id: ExprId,
     is_known: impl Fn(ExprId) -> bool,

@@ -4,7 +4,7 @@ use crate::expression::ExprId;
 use crate::formula::{Formula, numbers};
 use crate::scene::{Scene, ShapeId, ShapeKind, children, grid_cells};
 use crate::symbolic::{Symbolic, with_expressions};
-use crate::uniforms::operands_first;
+use crate::uniforms::postorder;
 
 /// Maximum number of operations of such a number.
 const MAX_OPERATIONS: usize = 2_000;
@@ -40,7 +40,7 @@ fn cost(scene: &Scene, id: ShapeId) -> Option<usize> {
     };
     let numbers = numbers(kind).iter();
     let number_costs =
-        numbers.map(|&number| operands_first(&scene.expressions, number, |_| false).len());
+        numbers.map(|&number| postorder(&scene.expressions, number, |_| false).len());
     let mut sum = 1 + number_costs.sum::<usize>();
     for &child in children(kind) {
         sum += cost(scene, child).filter(|cost| *cost <= MAX_OPERATIONS)?;

@@ -4,12 +4,13 @@ use sdfc_vm::real::{Real, Vector2, Vector3, lit};
 
 /// Shift of all samples in pixels. Without it, rays of level cameras lie exactly in planes of the scene. In the
 /// plane in which two solids touch, the field is zero all along the ray, as beside a sheet without thickness.
-/// Neither the numbers nor their ratio, the golden one, are those of round coordinates and angles.
-pub const SAMPLE_SHIFT: [f64; 2] = [0.038_196_6, 0.061_803_4];
+/// Such planes lead through centres or corners of pixels, also in rolled views. The samples keep a distance from
+/// all lines through these whose slope is a ratio of numbers up to 8.
+pub const SAMPLE_SHIFT: [f64; 2] = [0.032_25, 0.072];
 
 /// Returns the position of a pixel's sample in the picture: from (-1, -1), lower left, to (1, 1), upper
 /// right. `pixel` counts from the upper left; `offset` is within (-½, ½). All samples are shifted by a
-/// twentieth of a pixel.
+/// twelfth of a pixel.
 #[inline(always)]
 pub fn view_position<R: Real>(pixel: R::Vec2, offset: R::Vec2, size: R::Vec2) -> R::Vec2 {
     let [x, y] = SAMPLE_SHIFT.map(|shift| lit(0.5 + shift));
@@ -109,4 +110,23 @@ pub fn intersect_plane<R: Real>(
     forward: R::Vec3,
 ) -> R {
     (centre - origin).dot(forward) / direction.dot(forward)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::SAMPLE_SHIFT;
+
+    #[test]
+    fn samples_keep_away_from_simple_lines_through_pixels() {
+        let [x, y] = SAMPLE_SHIFT;
+        let slopes = (-8..=8).flat_map(|rise| (0..=8).map(move |run| [rise, run]));
+        let is_reduced = |slope: &[i32; 2]| (2..=8).all(|n| slope.iter().any(|k| k % n != 0));
+        for [rise, run] in slopes.filter(is_reduced).map(|slope| slope.map(f64::from)) {
+            // Centres and corners lie on lines where twice this number is whole.
+            let offset = rise * x - run * y;
+            let beside = (offset - (2.0 * offset).round() / 2.0).abs() / rise.hypot(run);
+            assert!(beside > 1e-3, "{rise}:{run}: {beside} pixels");
+        }
+        assert!(x.min(y) > 0.03, "level views have the most such planes");
+    }
 }

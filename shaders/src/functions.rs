@@ -137,6 +137,7 @@ functions! {
     hemisphere_cosine = occlusion::hemisphere_cosine(index, count);
     occlusion_hidden_weight = occlusion::hidden_weight(field, height, distance, weight);
     occlusion_is_candidate = occlusion::is_candidate(field, height, slope);
+    occlusion_open_margin = occlusion::open_margin(t, rounding);
     occlusion_open_fraction = occlusion::open_fraction(hidden_sum, weight_sum);
 
     cosine_between = reflectance::cosine(a, b);

@@ -82,7 +82,7 @@ const MAX_TREND: f64 = 0.9;
 /// rays and probes. Thinner sheets may be passed.
 pub(crate) const OVERSHOOT_FRACTION: f64 = 0.02;
 /// Margin below zero that makes a hit, in units of the field's rounding error.
-const MARGIN_ROUNDINGS: f64 = 4.0;
+pub(crate) const MARGIN_ROUNDINGS: f64 = 4.0;
 /// Margin per slope along the ray, for fields with a gradient of unknown length.
 const MARGIN_ROUNDINGS_PER_SLOPE: f64 = 64.0;
 /// Number of steps after which the minimum step of a ray close to zero grows, up to half a pixel.
@@ -144,8 +144,8 @@ pub struct Step<R> {
 ///
 /// A ray begins with `field = step = 0` and a `trend` of −1. `relaxation`, from 0 to 1, is the weight of the
 /// newest slope in the running mean. With 0 the trend stays −1 and each step is exactly the radius: plain
-/// sphere tracing. Near `threshold`, a fraction of `half_pixel`, roots are estimated, up to `t_exit` along
-/// the ray. `rounding` is the field's rounding error, and `is_raw` is 1 where the length of the field's gradient
+/// sphere tracing. Where the field is near `threshold`, a fraction of `half_pixel`, roots are estimated, up to
+/// `t_exit` along the ray. `rounding` is the field's rounding error, and `is_raw` is 1 where the length of the field's gradient
 /// is unknown, else 0.
 #[inline(always)]
 #[expect(

@@ -4,6 +4,7 @@
 //! A tap samples the field at a distance from the surface. Were the surface a plane with nothing on it, the
 //! field there would be the height above it; the deficit is taken for hidden sky.
 
+use crate::marching::{MARGIN_ROUNDINGS, rounding_at};
 use sdfc_vm::real::{Real, Vector3, lit};
 
 /// Angle between two directions of a spiral that distributes them evenly.
@@ -15,6 +16,16 @@ const GOLDEN_ANGLE: f64 = 2.399_963_229_728_653_3;
 pub fn five_tap_distance<R: Real>(index: R, reach: R) -> R {
     let fraction = (index + lit(1.0)) * lit(0.2);
     reach * fraction * fraction
+}
+
+/// Field value below that of a plane at which a tap is open, in units of the field's rounding error: those of
+/// the hit below it, and that of the tap.
+const OPEN_ROUNDINGS: f64 = 1.0 + MARGIN_ROUNDINGS;
+
+/// Returns the part of a field's value at a tap that counts as open, for a surface at `t` along a ray.
+#[inline(always)]
+pub fn open_margin<R: Real>(t: R, rounding: R) -> R {
+    rounding_at(t, rounding) * lit(OPEN_ROUNDINGS)
 }
 
 /// Maximum fraction of the sky that five taps along the normal hide. A wall beside them counts as if it stood

@@ -27,8 +27,7 @@ pub fn fresnel<R: Real>(f0: R::Vec3, cosine: R) -> R::Vec3 {
     f0 + (R::Vec3::splat(lit(1.0)) - f0) * (grazing_square * grazing_square * grazing)
 }
 
-/// Returns the light towards the camera per light that arrives at normal incidence, times the cosine of its
-/// angle. `to_camera` and `to_light` have length one; `diffuse` is the diffuse albedo there.
+/// Returns the bidirectional reflectance of a surface times the cosine of the angle of incidence. `to_camera` and `to_light` have length one; `diffuse` is the diffuse albedo there.
 #[inline(always)]
 pub fn reflected<R: Real>(
     normal: R::Vec3,

@@ -41,7 +41,7 @@ pub fn tie_sign(op: Op) -> f64 {
 /// farther away coincides with nothing there, however small its value is.
 const MAX_TIE_REACH: f32 = 4.0;
 
-/// Returns two duals whose gradients are the unit vectors of the operands. The first one is reduced by
+/// Returns two duals, seeded with the first and the second unit vector as their gradients. The first one is reduced by
 /// `tie`, a distance, times the steeper operand's slope. It keeps its value if its face is farther away.
 #[inline(always)]
 fn operand_duals(a: [&F32x64; 4], b: [&F32x64; 4], lane: usize, tie: f32) -> [Dual<f32>; 2] {

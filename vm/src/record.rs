@@ -7,9 +7,9 @@
 //! point becomes a `DualPoint` (see [`DUAL_POINT`]). Recording it on [`RecordedInterval`]s gives WGSL that
 //! returns bounds over a box: a `vec2f` for a scalar, a `BoxPoint` for a point (see [`BOX_POINT`]).
 
-mod range;
+mod interval;
 
-pub use range::{BOX_POINT, RecordedInterval};
+pub use interval::{BOX_POINT, RecordedInterval};
 
 use crate::dual::{Dual, DualVec3};
 use crate::real::{Real, Vector2, Vector3};
@@ -48,7 +48,7 @@ pub enum RecordedType {
     /// A point with its Jacobian.
     DualPoint,
     /// `vec2f`: the ends of an interval.
-    Range,
+    Interval,
     /// A box of points.
     BoxPoint,
 }
@@ -62,7 +62,7 @@ impl RecordedType {
             RecordedType::Vec3 => "vec3f",
             RecordedType::DualScalar => "vec4f",
             RecordedType::DualPoint => "DualPoint",
-            RecordedType::Range => "vec2f",
+            RecordedType::Interval => "vec2f",
             RecordedType::BoxPoint => "BoxPoint",
         }
     }

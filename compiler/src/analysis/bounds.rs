@@ -687,7 +687,7 @@ fn shift(expressions: &Expressions, id: ExprId, axis: u8) -> Option<ExprId> {
 
 /// Evaluates a number of point stage without parameters at a point.
 pub fn value_at(expressions: &Expressions, id: ExprId, point: [f64; 3]) -> f64 {
-    let order = crate::uniforms::operands_first(expressions, id, |_| false);
+    let order = crate::uniforms::postorder(expressions, id, |_| false);
     let mut values: HashMap<ExprId, f64> = HashMap::with_capacity(order.len());
     for id in order {
         let value = |id: &ExprId| values[id];

@@ -12,7 +12,7 @@ pub(crate) use held_branches::HeldBranches;
 pub(crate) use period::AxisDependence;
 
 use crate::expression::{ExprId, Expression, Expressions, Stage};
-use crate::uniforms::operands_first;
+use crate::uniforms::postorder;
 use relative::Relative;
 use sdfc_vm::apply::{Apply, OpResult, apply, pack_parameters};
 use sdfc_vm::bounds::Bounds;
@@ -165,7 +165,7 @@ impl<R: BoxValue> BoxNumber<R> {
         id: ExprId,
         uniform: &mut dyn FnMut(ExprId) -> UniformInput,
     ) -> Self {
-        let order = operands_first(expressions, id, |_| false);
+        let order = postorder(expressions, id, |_| false);
         let step_index = |id: &ExprId| match order.binary_search(id) {
             Ok(index) | Err(index) => index,
         };

@@ -394,9 +394,10 @@ impl<'a> Worker<'a> {
                 ..
             } = &output.cells[index].0;
             let clauses = range.len as usize;
-            let decision = siblings.decide(spec.rule, (region, clauses, min_abs_field), || {
-                slopes && self.is_raw(output.tape(*range).unwrap_or(tape))
-            });
+            let decision =
+                siblings.decide_split(spec.rule, (region, clauses, min_abs_field), || {
+                    slopes && self.is_raw(output.tape(*range).unwrap_or(tape))
+                });
             let (cell, is_split) = &mut output.cells[index];
             cell.stalled_levels = siblings.stalled_levels(clauses);
             cell.is_deferred = decision == SplitDecision::Defer;

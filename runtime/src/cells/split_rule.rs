@@ -6,8 +6,8 @@
 use super::Aabb;
 use glam::Vec3;
 use sdfc_shaders::interpreter::split_cells::{
-    HARDLY_SHORTER_TENTHS, MAX_FIELD_SIDES, MAX_STALLED_LEVELS, MAX_TAPE_CLAUSES,
-    MIN_DISTANCE_SIDES, PRUNED_DIVISOR,
+    MAX_FIELD_SIDES, MAX_STALLED_LEVELS, MAX_TAPE_CLAUSES, MIN_CAMERA_DISTANCE_SIDES,
+    PRUNED_DIVISOR, STALLED_LENGTH_TENTHS,
 };
 use sdfc_shaders::layout::{FrameUniforms, SplitParams};
 
@@ -26,7 +26,7 @@ pub trait SplitRule: Sync {
     /// of the field is at least `min_abs_field`.
     fn should_split(&self, region: &Aabb, clauses: usize, min_abs_field: f32) -> bool;
 
-    /// Reports whether another stage splits a cell with this number of clauses.
+    /// Reports whether the splits of a cell with this number of clauses are left to a device.
     fn defers(&self, _clauses: usize) -> bool {
         false
     }
@@ -78,7 +78,7 @@ impl SplitRule for ScreenSpaceLeafLimit {
             camera - Vec3::from(region.high),
         );
         let gap = below.max(above).max(Vec3::ZERO);
-        let distance = gap.length().max(side * MIN_DISTANCE_SIDES);
+        let distance = gap.length().max(side * MIN_CAMERA_DISTANCE_SIDES);
         let pixel = self.pixel_size + self.pixel_growth * distance;
         let max_pixels = if clauses <= MAX_TRIVIAL_TAPE_CLAUSES {
             MAX_TRIVIAL_LEAF_PIXELS
@@ -136,13 +136,13 @@ pub(super) enum SplitDecision {
     Leaf,
     /// The next level splits it.
     Split,
-    /// Another stage splits it ([`SplitRule::defers`]).
+    /// A device splits it ([`SplitRule::defers`]).
     Defer,
 }
 
 /// Reports whether a number of clauses is hardly less than another.
 fn is_hardly_shorter(clauses: usize, others: usize) -> bool {
-    clauses * 10 > others * HARDLY_SHORTER_TENTHS as usize
+    clauses * 10 > others * STALLED_LENGTH_TENTHS as usize
 }
 
 /// Lengths of the tapes of the children of one cell, compared with the cell's own.
@@ -172,8 +172,8 @@ impl SiblingTapes {
     }
 
     /// Counts the successive levels, down to a child with this number of clauses, that shortened no tapes. A
-    /// child that keeps its parent's tape counts only if the other children do not lose most of it. It is
-    /// still large, and what it contains is small.
+    /// child that keeps its parent's tape counts only if the other children do not lose most of it. Where these
+    /// do, the child contains a small solid, and splits pay off.
     pub(super) fn stalled_levels(&self, clauses: usize) -> u32 {
         if self.is_stalled && is_hardly_shorter(clauses, self.parent_clauses) {
             self.parent_stalled_levels + 1
@@ -184,7 +184,7 @@ impl SiblingTapes {
 
     /// Decides about a child. `has_slope_gain` reports whether its bound of slopes gets tighter with its size,
     /// so that splits pay off without shorter tapes.
-    pub(super) fn decide(
+    pub(super) fn decide_split(
         &self,
         rule: &dyn SplitRule,
         (region, clauses, min_abs_field): (&Aabb, usize, f32),

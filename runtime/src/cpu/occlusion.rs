@@ -13,7 +13,7 @@ use crate::render::ray::vector;
 use candidate_check::OccluderCandidate;
 use sdfc_shaders::features::{Features, Occlusion};
 use sdfc_shaders::layout::FrameUniforms;
-use sdfc_shaders::marching::{self, FROM_INSIDE};
+use sdfc_shaders::marching::FROM_INSIDE;
 use sdfc_shaders::{camera, occlusion};
 use sdfc_vm::multiversion;
 use sdfc_vm::vector::V3;
@@ -21,7 +21,7 @@ use sdfc_vm::vector::V3;
 lanes! {
     /// Surfaces around which the field is sampled.
     SurfaceLanes {
-        x, y, z, normal_x, normal_y, normal_z, pixel_x, pixel_y, hidden, side, rounding, slope,
+        x, y, z, normal_x, normal_y, normal_z, pixel_x, pixel_y, hidden, side, open_margin, slope,
     }
 }
 
@@ -143,13 +143,13 @@ fn sample<const IS_HEMISPHERE: bool>(
                 for (i, &item) in items.iter().enumerate() {
                     if is_candidate.0[i] > 0.0 {
                         let tap = taps.tap::<IS_HEMISPHERE>(block, i, index);
-                        let [side, rounding] = [block.side.0[i], block.rounding.0[i]];
+                        let [side, open_margin] = [block.side.0[i], block.open_margin.0[i]];
                         candidates.push(OccluderCandidate::new(
                             item,
                             tap,
                             values.0[i] * side,
                             side,
-                            rounding,
+                            open_margin,
                         ));
                     }
                 }
@@ -179,8 +179,7 @@ impl Taps<'_> {
             set_lane_vector!(block, lane, normal_x, normal_y, normal_z, normal);
             [block.pixel_x.0[lane], block.pixel_y.0[lane]] = tile.pixels[item];
             block.slope.0[lane] = tile.slopes[item];
-            // The rounding of the field counts as open.
-            block.rounding.0[lane] = marching::rounding_at(ray.t, self.frame.rounding);
+            block.open_margin.0[lane] = occlusion::open_margin(ray.t, self.frame.rounding);
             let is_inside = ray.status & FROM_INSIDE != 0;
             block.side.0[lane] = if is_inside { -1.0 } else { 1.0 };
         }
@@ -243,7 +242,7 @@ impl Taps<'_> {
             // A positive value that is no candidate hides nothing.
             let clear_field = if field > 0.0 { height } else { field };
             let hidden = occlusion::hidden_weight(
-                clear_field + block.rounding.0[i],
+                clear_field + block.open_margin.0[i],
                 height,
                 distance,
                 weight,

@@ -138,8 +138,8 @@ pub(super) fn store_point(columns: &mut [F32x64], lane: usize, p: V3<f32>) {
 /// A choice between a new value for a place in a column and the old value there.
 ///
 /// It avoids masked stores, into which LLVM turns such a choice. With AVX2 on AMD's processors, a masked store
-/// takes ten times as long as a blend and a full store. A XOR with a zero that the compiler cannot see hides
-/// that the old value is the stored one.
+/// takes ten times as long as a blend and a full store. So the old value is
+/// combined by XOR with a zero that the compiler does not know: it cannot tell that the value is already stored.
 #[derive(Clone, Copy)]
 pub(super) struct ColumnChoice {
     hidden_zero: u32,

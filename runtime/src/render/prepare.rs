@@ -261,11 +261,8 @@ pub fn prepare(settings: &RenderSettings, facts: &FieldFacts) -> RenderJob {
     }
 }
 
-/// Minimum ratio of distance to size from which a camera counts as far away from a scene.
-const MIN_FAR_DISTANCE_IN_SIZES: f64 = 32.0;
-
-/// Returns the distance from the camera at which rays start. For a far camera, such as a telescope, they start on
-/// a plane near the scene. So `f32` keeps its full precision there. Otherwise they start at the camera.
+/// Returns the distance from the camera at which rays start. Outside of a finite scene they start on a plane one
+/// radius before it. So `f32` keeps its full precision there. Otherwise they start at the camera.
 fn approach(settings: &RenderSettings, facts: &FieldFacts, forward: [f64; 3]) -> f64 {
     let is_face_on = settings.is_2d || settings.mode == Mode::Distance;
     if is_face_on || !facts.bounds.is_finite() {
@@ -275,7 +272,7 @@ fn approach(settings: &RenderSettings, facts: &FieldFacts, forward: [f64; 3]) ->
     let distance = centre_depth(settings, facts, forward) - 2.0 * radius;
     // If rays end inside the scene, so do shadows; then the start is not moved.
     let reaches_past_scene = settings.far > distance + 4.0 * radius;
-    if radius > 0.0 && distance > MIN_FAR_DISTANCE_IN_SIZES * radius && reaches_past_scene {
+    if radius > 0.0 && distance > 0.0 && reaches_past_scene {
         distance
     } else {
         0.0

@@ -14,7 +14,7 @@ pub(crate) struct PixelRay {
 
 /// Returns the distance from the camera that a pixel's ray has reached.
 pub(crate) fn distance_from_camera(f: &FrameUniforms, pixel: [f32; 2], t: f32) -> f32 {
-    // Nearly always rays start at the camera.
+    // Rays of endless scenes start at the camera.
     if f.approach == 0.0 {
         return t;
     }

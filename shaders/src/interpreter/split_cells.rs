@@ -63,14 +63,14 @@ pub const JOB_QUEUE_STATE_WORDS: usize = 4;
 /// The first is for tapes of more than half of the program, the second for shorter ones.
 pub const MAX_STALLED_LEVELS: [u32; 2] = [3, 1];
 /// Number of tenths of a tape's clauses. A tape with more than these is hardly shorter.
-pub const HARDLY_SHORTER_TENTHS: u32 = 9;
+pub const STALLED_LENGTH_TENTHS: u32 = 9;
 /// Divisor of the program's number of clauses. A tape with at most the quotient counts as pruned.
 pub const PRUNED_DIVISOR: u32 = 2;
 /// Absolute value of the field, in sides of a cell, from which the cell is not split. A step is about as long
 /// as the value, so that rays take few samples in it.
 pub const MAX_FIELD_SIDES: f32 = 2.0;
-/// Minimum distance of a cell from the camera, in sides. Measured from inside a cell, its far parts count.
-pub const MIN_DISTANCE_SIDES: f32 = 0.25;
+/// Minimum distance of a cell from the camera, in sides. It also applies to a camera inside the cell.
+pub const MIN_CAMERA_DISTANCE_SIDES: f32 = 0.25;
 
 /// Maximum number of clauses of a tape. Three passes over it are fewer iterations than software devices allow
 /// (65,535). If 2¹⁸ concurrent invocations reserve memory for that many clauses, they count to at most 2³².
@@ -210,7 +210,7 @@ pub fn kernel(
         ("NO_OLD_ENTRY", NO_OLD_ENTRY),
         ("MAX_STALLED_FULL", MAX_STALLED_LEVELS[0]),
         ("MAX_STALLED_PRUNED", MAX_STALLED_LEVELS[1]),
-        ("HARDLY_SHORTER_TENTHS", HARDLY_SHORTER_TENTHS),
+        ("STALLED_LENGTH_TENTHS", STALLED_LENGTH_TENTHS),
         ("PRUNED_DIVISOR", PRUNED_DIVISOR),
         ("FLAT_DIGIT", 3),
         ("VALUE_WORDS", registers.values.div_ceil(4) as u32),
@@ -227,7 +227,7 @@ pub fn kernel(
     }
     let _ = writeln!(
         text,
-        "const MAX_FIELD_SIDES = {MAX_FIELD_SIDES:?};\nconst MIN_DISTANCE_SIDES = {MIN_DISTANCE_SIDES:?};"
+        "const MAX_FIELD_SIDES = {MAX_FIELD_SIDES:?};\nconst MIN_CAMERA_DISTANCE_SIDES = {MIN_CAMERA_DISTANCE_SIDES:?};"
     );
     let decision_text = match method {
         PruneMethod::Lipschitz => {

@@ -23,8 +23,7 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
     let normal = normals[item.index].xyz;
     let slope = normals[item.index].w;
     let side = select(1.0, -1.0, (ray.status & FROM_INSIDE) != 0u);
-    // The rounding error of the field counts as open.
-    let rounding = rounding_at(ray.t, frame.rounding);
+    let open_margin = occlusion_open_margin(ray.t, frame.rounding);
     var state = OcclusionState(vec3f(0.0), 0.0, vec3f(0.0), 0.0, 0.0, 0.0, 0.0, 0.0);
     if listed > 0u { state = occlusion[item.index]; }
 #if generic
@@ -101,7 +100,7 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
                 clearance = select(NO_SURFACE, length3(to_surface), outcome > 0.0);
             }
         }
-        let hidden = occlusion_hidden_weight(clearance + rounding, height, distance, weight);
+        let hidden = occlusion_hidden_weight(clearance + open_margin, height, distance, weight);
         if !is_nan(field) { state.hidden += hidden; }
         state.phase = 0.0;
         state.round = 0.0;

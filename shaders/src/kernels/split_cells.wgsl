@@ -340,7 +340,7 @@ fn build_child(claim: ClaimedJob, lane: u32) -> ChildStats {
 fn enqueue_child(job: CellJob, child: ChildStats, cells: u32, clauses: u32) -> u32 {
     var next = child.next;
     next.stalled_levels = count_stalled_levels(job, next.length, cells, clauses);
-    if child.should_split == 0u || is_stalled(next) { return 0u; }
+    if child.should_split == 0u || exceeds_stall_limit(next) { return 0u; }
     return select(1u, 0u, enqueue_job(next));
 }
 

@@ -4,7 +4,7 @@ use super::local_bound::{LocalBound, local_bound};
 use super::region_bounds::RegionBounds;
 use crate::analysis::box_eval::HeldBranches;
 use crate::expression::{ExprId, Expression, Expressions, Stage};
-use crate::uniforms::{operands_first, rewrite_number};
+use crate::uniforms::{postorder, rewrite_number};
 use sdfc_vm::row::Continuity;
 use sdfc_vm::table::Op;
 
@@ -40,7 +40,7 @@ pub(crate) enum SlopeScope {
 
 /// Reports whether a number has discontinuous operations.
 pub(crate) fn has_discontinuities(expressions: &Expressions, number: ExprId) -> bool {
-    let operands = operands_first(expressions, number, |_| false);
+    let operands = postorder(expressions, number, |_| false);
     operands
         .into_iter()
         .any(|id| is_discontinuous(expressions, id))
@@ -154,7 +154,7 @@ pub(super) fn discontinuities(
     region_bounds: &mut RegionBounds,
 ) -> Option<Vec<Discontinuity>> {
     let mut result: Vec<Discontinuity> = Vec::new();
-    for id in operands_first(expressions, number, |_| false) {
+    for id in postorder(expressions, number, |_| false) {
         if !is_discontinuous(expressions, id) {
             continue;
         }

@@ -6,7 +6,7 @@
 //! the next piece begins.
 
 use crate::expression::{ExprId, Expression, Expressions, Stage};
-use crate::uniforms::operands_first;
+use crate::uniforms::postorder;
 use sdfc_vm::row::SetOperation;
 use sdfc_vm::table::Op;
 use std::collections::HashMap;
@@ -18,7 +18,7 @@ type Envelope = [ExprId; 2];
 pub(super) fn envelope(expressions: &mut Expressions, number: ExprId) -> Option<Envelope> {
     let mut writer = EnvelopeBuilder(expressions);
     let mut envelopes: HashMap<ExprId, Envelope> = HashMap::new();
-    for id in operands_first(writer.0, number, |_| false) {
+    for id in postorder(writer.0, number, |_| false) {
         let envelope = match writer.0.get(id).clone() {
             Expression::Apply {
                 op,

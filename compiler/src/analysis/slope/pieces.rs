@@ -20,7 +20,7 @@ use crate::analysis::box_eval::HeldBranches;
 use crate::analysis::param_ranges::ParamRanges;
 use crate::expression::{ExprId, Expression, Expressions};
 use crate::scene::NO_SURFACE_DISTANCE;
-use crate::uniforms::{operands_first, rewrite_number};
+use crate::uniforms::{postorder, rewrite_number};
 use glam::DVec3;
 use sdfc_vm::bounds::Bounds;
 use sdfc_vm::dual::Dual;
@@ -152,7 +152,7 @@ pub(crate) fn step(
     let end_distances = distances_by_bounds(writer.expressions, number, region, ranges, budget);
     let step = writer.step(&found_jumps, &end_distances);
     let [number_size, step_size] =
-        [number, step].map(|id| operands_first(expressions, id, |_| false).len());
+        [number, step].map(|id| postorder(expressions, id, |_| false).len());
     let is_short = are_constant || step_size <= number_size + MAX_LOCAL_EXPRESSIONS;
     is_short.then_some(step)
 }
@@ -195,7 +195,7 @@ fn distances_by_bounds(
     let negated = expressions.call(Op::Neg, &[hi]);
     let mut distances = Vec::new();
     for end in [lo, negated] {
-        let count = operands_first(expressions, end, |_| false).len();
+        let count = postorder(expressions, end, |_| false).len();
         let slope = match count <= MAX_PIECE_EXPRESSIONS {
             true => slope_bound(expressions, &[end], region, ranges, budget),
             false => None,
@@ -365,7 +365,7 @@ impl StepBuilder<'_> {
             .iter()
             .map(|jump| self.nearest_surface(jump))
             .collect();
-        let count = operands_first(self.expressions, self.number, |_| false).len();
+        let count = postorder(self.expressions, self.number, |_| false).len();
         let has_pieces = jumps.len() <= MAX_PIECES && count * jumps.len() <= MAX_PIECE_EXPRESSIONS;
         if has_pieces {
             nearest = nearest
@@ -460,7 +460,7 @@ impl StepBuilder<'_> {
         surfaces: &[NearestSurface],
     ) -> NearestSurface<'a> {
         let mut chosen = NearestSurface { ..*surface };
-        for id in operands_first(self.expressions, self.number, |_| false) {
+        for id in postorder(self.expressions, self.number, |_| false) {
             let Expression::Apply { op, values, .. } = self.expressions.get(id).clone() else {
                 continue;
             };
@@ -509,7 +509,7 @@ impl StepBuilder<'_> {
     fn is_only_under(&self, jump: &Discontinuity, choice: ExprId, others: [ExprId; 2]) -> bool {
         let is_in = |id: &ExprId| jump.operations.contains(id);
         [self.number, others[0], others[1]].into_iter().all(|root| {
-            let order = operands_first(self.expressions, root, |id| id == choice);
+            let order = postorder(self.expressions, root, |id| id == choice);
             !order.iter().any(is_in)
         })
     }

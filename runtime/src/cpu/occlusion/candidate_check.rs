@@ -23,19 +23,25 @@ pub(super) struct OccluderCandidate {
     tap: OcclusionTap,
     value: f32,
     side: f32,
-    rounding: f32,
+    open_margin: f32,
 }
 
 impl OccluderCandidate {
     /// Creates a candidate. `value` is positive outside the solid; where `side` is −1, it is the negated
     /// field.
-    pub(super) fn new(item: u32, tap: OcclusionTap, value: f32, side: f32, rounding: f32) -> Self {
+    pub(super) fn new(
+        item: u32,
+        tap: OcclusionTap,
+        value: f32,
+        side: f32,
+        open_margin: f32,
+    ) -> Self {
         Self {
             item,
             tap,
             value,
             side,
-            rounding,
+            open_margin,
         }
     }
 
@@ -200,7 +206,7 @@ impl RayTask for CandidateChecks<'_> {
             weight,
             ..
         } = candidate.tap;
-        let field = block.distance.0[lane] + candidate.rounding;
+        let field = block.distance.0[lane] + candidate.open_margin;
         self.hidden[candidate.item as usize] +=
             occlusion::hidden_weight(field, height, distance, weight);
     }

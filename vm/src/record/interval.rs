@@ -24,7 +24,7 @@ pub struct RecordedInterval(u32);
 impl RecordedInterval {
     /// Creates the interval of one number.
     pub fn point(number: Scalar) -> Self {
-        Self(call("vec2f", vec![number.0], RecordedType::Range))
+        Self(call("vec2f", vec![number.0], RecordedType::Interval))
     }
 
     /// Creates the box of a single point.
@@ -37,7 +37,7 @@ impl RecordedInterval {
         Self(call(
             "vec2f",
             vec![ends.low.0, ends.high.0],
-            RecordedType::Range,
+            RecordedType::Interval,
         ))
     }
 
@@ -65,11 +65,15 @@ impl RecordedInterval {
     }
 
     fn unary(self, function: &'static str) -> Self {
-        Self(call(function, vec![self.0], RecordedType::Range))
+        Self(call(function, vec![self.0], RecordedType::Interval))
     }
 
     fn binary(self, function: &'static str, other: Self) -> Self {
-        Self(call(function, vec![self.0, other.0], RecordedType::Range))
+        Self(call(
+            function,
+            vec![self.0, other.0],
+            RecordedType::Interval,
+        ))
     }
 
     fn is_zero(self) -> bool {
@@ -116,7 +120,11 @@ impl Mul for RecordedInterval {
             return self.square();
         }
         let scaled = |a: Self, factor: Scalar| {
-            let scaled = call("interval_scale", vec![a.0, factor.0], RecordedType::Range);
+            let scaled = call(
+                "interval_scale",
+                vec![a.0, factor.0],
+                RecordedType::Interval,
+            );
             Self(scaled)
         };
         match (self.number(), other.number()) {
@@ -146,8 +154,8 @@ impl Neg for RecordedInterval {
         if let Some(number) = self.number() {
             return Self::point(-number);
         }
-        let swapped = push(Kind::Member(self.0, "yx"), RecordedType::Range);
-        Self(push(Kind::Prefix("-", swapped), RecordedType::Range))
+        let swapped = push(Kind::Member(self.0, "yx"), RecordedType::Interval);
+        Self(push(Kind::Prefix("-", swapped), RecordedType::Interval))
     }
 }
 
@@ -185,7 +193,7 @@ impl Real for RecordedInterval {
     }
     fn length3(x: Self, y: Self, z: Self) -> Self {
         let parts = vec![x.0, y.0, z.0];
-        Self(call("interval_length3", parts, RecordedType::Range))
+        Self(call("interval_length3", parts, RecordedType::Interval))
     }
     fn sin(self) -> Self {
         self.unary("interval_sine")
@@ -223,7 +231,7 @@ impl Real for RecordedInterval {
         match seed.number() {
             Some(seed) => {
                 let parts = vec![p.x.0, p.y.0, p.z.0, seed.0];
-                Self(call("interval_noise", parts, RecordedType::Range))
+                Self(call("interval_noise", parts, RecordedType::Interval))
             }
             None => Self::literals(-1.5, 1.5),
         }
@@ -236,7 +244,7 @@ impl Real for RecordedInterval {
         match [r.x.number(), r.y.number(), r.z.number()] {
             [Some(x), Some(y), Some(z)] => {
                 let parts = vec![p.x.0, p.y.0, p.z.0, Vec3::new(x, y, z).0];
-                Self(call("interval_ellipsoid", parts, RecordedType::Range))
+                Self(call("interval_ellipsoid", parts, RecordedType::Interval))
             }
             _ => Self::literals(-UNBOUNDED, UNBOUNDED),
         }
@@ -290,14 +298,17 @@ impl Real for RecordedInterval {
             then.0,
             otherwise.0,
         ];
-        Self(call("interval_select", parts, RecordedType::Range))
+        Self(call("interval_select", parts, RecordedType::Interval))
     }
 }
 
 impl Recorded for RecordedInterval {
-    const TYPE: RecordedType = RecordedType::Range;
+    const TYPE: RecordedType = RecordedType::Interval;
     fn parameter(name: &str) -> Self {
-        Self(push(Kind::Parameter(name.to_owned()), RecordedType::Range))
+        Self(push(
+            Kind::Parameter(name.to_owned()),
+            RecordedType::Interval,
+        ))
     }
     fn node(self) -> RecordedNode {
         RecordedNode(self.0)
@@ -309,7 +320,7 @@ impl Recorded for V3<RecordedInterval> {
     fn parameter(name: &str) -> Self {
         let parameter = push(Kind::Parameter(name.to_owned()), RecordedType::BoxPoint);
         let member =
-            |axis| RecordedInterval(push(Kind::Member(parameter, axis), RecordedType::Range));
+            |axis| RecordedInterval(push(Kind::Member(parameter, axis), RecordedType::Interval));
         V3::new(member("x"), member("y"), member("z"))
     }
     fn node(self) -> RecordedNode {
