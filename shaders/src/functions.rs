@@ -63,9 +63,13 @@ functions! {
     beam_advance = beam::advance(t, field, spread, widening, threshold);
     beam_continues = beam::should_continue(advance, half_pixel);
 
+    takes_probe = marching::takes_probe(t, field, step, trend, field_before, rounding);
+    sample_point = marching::sample_point(
+        origin, direction, t, step, trend, is_probe, low, high, half_pixel, rounding
+    );
     march_step = marching::march_step(
         t, field, step, trend, t_before, field_before, next_field, count, threshold, half_pixel,
-        relaxation, rounding, is_raw, t_exit
+        relaxation, rounding, is_raw, t_exit, is_probe
     ) -> MarchStep { t, field, step, trend, t_before, field_before, arrived };
     threshold = marching::threshold(t, half_pixel, threshold_fraction, rounding);
     rounding_at = marching::rounding_at(t, rounding);

@@ -30,7 +30,7 @@
 //! The field has a slope of at most one, and is negated for rays that start inside: these hit the surface
 //! from behind.
 
-use sdfc_vm::real::{Real, lit};
+use sdfc_vm::real::{Real, Vector3, lit};
 
 /// The end of a ray.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
@@ -85,6 +85,18 @@ pub(crate) const OVERSHOOT_FRACTION: f64 = 0.02;
 pub(crate) const MARGIN_ROUNDINGS: f64 = 4.0;
 /// Margin per slope along the ray, for fields with a gradient of unknown length.
 const MARGIN_ROUNDINGS_PER_SLOPE: f64 = 64.0;
+/// Distance of a probe from the ray, in units of the field's rounding error. Across a plane of contact it exceeds
+/// the margin, unless the plane is nearly parallel to the probe.
+const PROBE_ROUNDINGS: f64 = 48.0;
+/// Maximum of that distance, in halves of a pixel.
+const MAX_PROBE_HALF_PIXELS: f64 = 0.25;
+/// Components of the unit vector to the first two probes, up to their signs. For the other two they are rotated by
+/// one place. Few planes are nearly parallel to both.
+const PROBE_DIRECTION: [f64; 3] = [0.21, 0.55, 0.81];
+/// Depth below zero of a root that probes prove, in units of the field's rounding error.
+const ROOT_ROUNDINGS: f64 = 0.01;
+/// Number of probes after which a ray takes no more before its next step.
+const MAX_PROBES: f64 = 4.0;
 /// Number of steps after which the minimum step of a ray close to zero grows, up to half a pixel.
 const CAPPED_SPEEDUP_STEPS: f64 = 1024.0;
 /// Number of steps after which it grows without limit, so that the ray ends. By default, scenes give rays a
@@ -145,14 +157,82 @@ pub struct Step<R> {
 /// A ray begins with `field = step = 0` and a `trend` of −1. `relaxation`, from 0 to 1, is the weight of the
 /// newest slope in the running mean. With 0 the trend stays −1 and each step is exactly the radius: plain
 /// sphere tracing. Where the field is near `threshold`, a fraction of `half_pixel`, roots are estimated, up to
-/// `t_exit` along the ray. `rounding` is the field's rounding error, and `is_raw` is 1 where the length of the field's gradient
-/// is unknown, else 0.
+/// `t_exit` along the ray. `rounding` is the field's rounding error, and `is_raw` is 1 where the length of the
+/// field's gradient is unknown, else 0. `is_probe` is 1 where the sample was a probe ([`takes_probe`]): if two are
+/// below the margin, there is a surface at `t`.
 #[inline(always)]
 #[expect(
     clippy::too_many_arguments,
     reason = "a ray's state, as the buffer holds it"
 )]
 pub fn march_step<R: Real>(
+    t: R,
+    field: R,
+    step: R,
+    trend: R,
+    t_before: R,
+    field_before: R,
+    next_field: R,
+    count: R,
+    threshold: R,
+    half_pixel: R,
+    relaxation: R,
+    rounding: R,
+    is_raw: R,
+    t_exit: R,
+    is_probe: R,
+) -> Step<R> {
+    let margin = (rounding * lit(MARGIN_ROUNDINGS)).named("margin");
+    let is_regular = is_probe.less(lit(0.5));
+    let probes = probe_count(trend).named("probes");
+    let is_first = (probes * lit(0.5)).fract().less(lit(0.25));
+    let is_inside = next_field.less(-margin);
+    let proves_surface = R::and(R::not(is_regular), R::and(is_inside, R::not(is_first)));
+    // If one of the first two probes lies in the plane of contact itself, the others may not.
+    let is_parallel = R::and(next_field.abs().less(margin), probes.less(lit(1.5)));
+    let next_probes = R::select(
+        R::and(is_inside, is_first),
+        probes + lit(1.0),
+        R::select(is_parallel, lit(2.0), lit(MAX_PROBES)),
+    );
+    let regular = sphere_step(
+        t,
+        field,
+        step,
+        trend.max(lit(-1.0)),
+        t_before,
+        field_before,
+        next_field,
+        count,
+        threshold,
+        half_pixel,
+        relaxation,
+        rounding,
+        is_raw,
+        t_exit,
+    );
+    // The root is at `t`, but for rounding.
+    let root_field = field.min(rounding * lit(-ROOT_ROUNDINGS));
+    let probed_field = R::select(proves_surface, root_field, field);
+    let has_arrived = R::select(proves_surface, lit(1.0), lit(0.0));
+    Step {
+        t: R::select(is_regular, regular.t, t),
+        field: R::select(is_regular, regular.field, probed_field),
+        step: R::select(is_regular, regular.step, step),
+        trend: R::select(is_regular, regular.trend, lit::<R>(-1.0) - next_probes),
+        t_before: R::select(is_regular, regular.t_before, t_before),
+        field_before: R::select(is_regular, regular.field_before, field_before),
+        arrived: R::select(is_regular, regular.arrived, has_arrived),
+    }
+}
+
+/// Takes a step that is no probe, with the parameters of [`march_step`].
+#[inline(always)]
+#[expect(
+    clippy::too_many_arguments,
+    reason = "a ray's state, as the buffer holds it"
+)]
+fn sphere_step<R: Real>(
     t: R,
     field: R,
     step: R,
@@ -270,6 +350,77 @@ pub fn march_step<R: Real>(
     }
 }
 
+/// Returns 1 if a ray takes its next sample as a probe beside its last one, else 0.
+///
+/// In the plane in which two solids touch, a ray meets no value below zero, as beside a sheet. So a ray that comes
+/// from a value above the rounding error, `field_before`, probes at the first value that is not. Before a ray's
+/// first value, `field_before` is 0. Except at the camera, it comes from outside there, too.
+#[inline(always)]
+pub fn takes_probe<R: Real>(t: R, field: R, step: R, trend: R, field_before: R, rounding: R) -> R {
+    let error = rounding_at(t, rounding).named("error");
+    let is_first = R::not(lit::<R>(0.0).less(field_before.abs()));
+    let comes_from_outside = R::or(
+        error.less(field_before),
+        R::and(is_first, lit::<R>(0.0).less(t)),
+    );
+    let is_touching = R::and(field.less(error), comes_from_outside);
+    let may_probe = probe_count(trend).less(lit(MAX_PROBES - 0.5));
+    let takes_probe = R::and(is_touching, R::and(lit::<R>(0.0).less(step), may_probe));
+    R::select(takes_probe, lit(1.0), lit(0.0))
+}
+
+/// Returns the number of probes since the last step. A trend below −1 encodes it.
+#[inline(always)]
+fn probe_count<R: Real>(trend: R) -> R {
+    (lit::<R>(-1.0) - trend).max(lit(0.0))
+}
+
+/// Returns the point of a ray's next sample: `step` beyond `t`, or a little beyond `t` and beside the ray for a
+/// probe.
+///
+/// Two probes lie on opposite sides of the ray. Both are inside of solids that touch there, and neither beside a
+/// sheet. Of a ray that grazes a surface, only one is. Coordinates outside of the box from `low` to `high`, in
+/// which the field is known, are mirrored.
+#[inline(always)]
+#[expect(clippy::too_many_arguments, reason = "a ray and its state")]
+pub fn sample_point<R: Real>(
+    origin: R::Vec3,
+    direction: R::Vec3,
+    t: R,
+    step: R,
+    trend: R,
+    is_probe: R,
+    low: R::Vec3,
+    high: R::Vec3,
+    half_pixel: R,
+    rounding: R,
+) -> R::Vec3 {
+    let is_probe = lit::<R>(0.5).less(is_probe);
+    let point = origin + direction * (t + R::select(is_probe, lit(0.0), step));
+    let max_distance = half_pixel * lit(MAX_PROBE_HALF_PIXELS);
+    let distance = (rounding_at(t, rounding) * lit(PROBE_ROUNDINGS)).min(max_distance);
+    let ahead = R::select(is_probe, distance, lit(0.0)).named("ahead");
+    let count = probe_count(trend).named("count");
+    let is_rotated = lit::<R>(1.5).less(count);
+    let is_second = lit::<R>(0.25).less((count * lit(0.5)).fract());
+    let [x, y, z] = PROBE_DIRECTION.map(lit::<R>);
+    let first = R::Vec3::new(x, y, z);
+    let rotated = R::Vec3::new(z, x, y);
+    let oblique = R::Vec3::select(is_rotated, rotated, first).named("oblique");
+    let sideways = oblique - direction * oblique.dot(direction);
+    let offset =
+        (direction * ahead + sideways * R::select(is_second, -ahead, ahead)).named("offset");
+    let mirrored = |p: R, offset: R, low: R, high: R| {
+        let sum = p + offset;
+        R::select(R::or(sum.less(low), high.less(sum)), p - offset, sum)
+    };
+    R::Vec3::new(
+        mirrored(point.x(), offset.x(), low.x(), high.x()),
+        mirrored(point.y(), offset.y(), low.y(), high.y()),
+        mirrored(point.z(), offset.z(), low.z(), high.z()),
+    )
+}
+
 /// Returns the depth below zero from which on a point is inside: a multiple of the field's rounding error.
 /// The slope along the ray scales it if the gradient's length is unknown (`is_raw` is 1).
 #[inline(always)]
@@ -343,7 +494,7 @@ pub fn accept_at_step_cap<R: Real>(
     let is_beside = field.less(half_pixel * lit(MAX_ACCEPTED_HALF_PIXELS));
     let is_near = field.less(half_pixel * lit(MAX_ACCEPTED_FALLING_HALF_PIXELS));
     let slope = ((field - field_before) / (t - t_before).max(lit(1e-30))).named("slope");
-    let is_strictly_linear = (slope - trend)
+    let is_strictly_linear = (slope - trend.max(lit(-1.0)))
         .abs()
         .less(slope * lit(-STRICT_LINEARITY_TOLERANCE));
     let falls_before_far = field.less(slope * (t - far));

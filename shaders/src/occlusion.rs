@@ -18,8 +18,7 @@ pub fn five_tap_distance<R: Real>(index: R, reach: R) -> R {
     reach * fraction * fraction
 }
 
-/// Field value below that of a plane at which a tap is open, in units of the field's rounding error: those of
-/// the hit below it, and that of the tap.
+/// Deficit of the field at an open tap, in units of the field's rounding error: those of the hit and of the tap.
 const OPEN_ROUNDINGS: f64 = 1.0 + MARGIN_ROUNDINGS;
 
 /// Returns the part of a field's value at a tap that counts as open, for a surface at `t` along a ray.

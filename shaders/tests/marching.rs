@@ -44,6 +44,7 @@ impl Rays {
                 self.rounding,
                 self.is_raw,
                 1e9,
+                0.0,
             );
             (t, value, step, trend) = (next.t, next.field, next.step, next.trend);
             (t_before, value_before) = (next.t_before, next.field_before);

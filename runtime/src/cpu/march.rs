@@ -47,6 +47,44 @@ pub(super) fn initial_side(steps: f32, t: f32, distance: f32, side: f32) -> f32 
     if inside { -1.0 } else { side }
 }
 
+/// Reports by 1 or 0 whether the ray in a lane of a block with the columns of a march takes a probe.
+macro_rules! takes_probe {
+    ($frame:expr, $block:ident, $i:ident) => {
+        marching::takes_probe(
+            $block.t.0[$i],
+            $block.field.0[$i],
+            $block.step.0[$i],
+            $block.trend.0[$i],
+            $block.field_before.0[$i],
+            $frame.rounding,
+        )
+    };
+}
+pub(super) use takes_probe;
+
+/// Returns the point of the next sample of the ray in a lane of such a block; the field is known
+/// from `$low` to `$high`.
+macro_rules! next_point {
+    ($frame:expr, $block:ident, $i:ident, $low:expr, $high:expr) => {{
+        let (origin, direction) = lane_ray!($block, $i);
+        let (t, step) = ($block.t.0[$i], $block.step.0[$i]);
+        let half = camera::half_pixel(t + step, $frame.half_pixel_size, $frame.half_pixel_growth);
+        marching::sample_point::<f32>(
+            origin,
+            direction,
+            t,
+            step,
+            $block.trend.0[$i],
+            takes_probe!($frame, $block, $i),
+            $low,
+            $high,
+            half,
+            $frame.rounding,
+        )
+    }};
+}
+pub(super) use next_point;
+
 /// Takes the step of the ray in a lane of a block with the columns of a march. `$distance` is the field's
 /// value at the ray, and times `$factor` it has a slope of one. `$choice` is a [`ColumnChoice`]. `$decide`
 /// computes the outcome from the next state and the outcome by the number of steps.
@@ -81,6 +119,7 @@ macro_rules! step_lane {
             marching::rounding_at(t, $frame.rounding),
             $frame.is_raw,
             $block.exit_t.0[$i],
+            takes_probe!($frame, $block, $i),
         );
         let is_near_surface = marching::accept_at_step_cap(
             $next.t,
@@ -171,10 +210,10 @@ impl RayTask for March<'_> {
 
     #[inline(always)]
     fn points(&self, block: &MarchLanes, points: &mut Points) {
+        let frame = self.frame;
+        let (low, high) = (vector(frame.bounds_min), vector(frame.bounds_max));
         for i in 0..LANES {
-            let (origin, direction) = lane_ray!(block, i);
-            let p = camera::point_along::<f32>(origin, direction, block.t.0[i] + block.step.0[i]);
-            store_point(points, i, p);
+            store_point(points, i, next_point!(frame, block, i, low, high));
         }
     }
 

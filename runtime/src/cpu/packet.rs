@@ -21,10 +21,11 @@ mod interval_cull;
 mod refine_roots;
 
 use super::leaf_bins::BinnedLeaf;
-use super::march::{outcome, step_lane};
+use super::march::{next_point, outcome, step_lane, takes_probe};
 use super::ray_tasks::{ColumnChoice, Lanes, is_nan, lane_ray, lanes, store_point};
 use super::{AabbLanes, Evaluator, F32x64, LANES, Points, RangeLanes};
 use crate::cells::{Cell, Cells, Occupancy};
+use crate::render::ray::vector;
 use entry::{
     bound_directions, cull_entered, entry_points, init_packet, intersect_box, misses_leaf,
 };
@@ -321,7 +322,7 @@ impl Marcher {
             if active == 0 {
                 break;
             }
-            next_points(&self.leaf_rays, count, &mut self.points);
+            next_points(frame, cell, &self.leaf_rays, count, &mut self.points);
             evaluator.distances_in_cell(cell_index, &self.points, count, &mut self.values);
             evaluations += u64::from(active.count_ones());
         }
@@ -497,15 +498,23 @@ fn first_lanes(count: usize) -> u64 {
 
 multiversion! {
     /// Computes the points of the next evaluation.
-    fn next_points(leaf_rays: &LeafRays, count: usize, points: &mut Points) = next_points_body;
+    fn next_points(
+        frame: &FrameUniforms, cell: &Cell, leaf_rays: &LeafRays, count: usize, points: &mut Points,
+    ) = next_points_body;
 }
 
 #[inline(always)]
-fn next_points_body(block: &LeafRays, count: usize, points: &mut Points) {
+fn next_points_body(
+    frame: &FrameUniforms,
+    cell: &Cell,
+    block: &LeafRays,
+    count: usize,
+    points: &mut Points,
+) {
+    // The tape is valid in the leaf alone.
+    let (low, high) = (vector(cell.region.low), vector(cell.region.high));
     for i in 0..whole_chunks(count) {
-        let (origin, direction) = lane_ray!(block, i);
-        let p = camera::point_along::<f32>(origin, direction, block.t.0[i] + block.step.0[i]);
-        store_point(points, i, p);
+        store_point(points, i, next_point!(frame, block, i, low, high));
     }
 }
 
@@ -554,9 +563,19 @@ fn advance_body(
                 // Behind a discontinuity there may be a surface: the ray goes on to the leaf's face, and reads
                 // the sign there.
                 let is_at_face = remaining <= next.t.abs() * f32::EPSILON;
+                // A probe decides whether solids touch here.
+                let is_probe_due = marching::takes_probe(
+                    next.t,
+                    next.field,
+                    next.step,
+                    next.trend,
+                    next.field_before,
+                    frame.rounding,
+                ) > 0.0;
                 let is_through =
                     misses_leaf(next.t, next.field, next.step, decrease_max, remaining)
-                        & (!cell.may_be_discontinuous | is_at_face);
+                        & (!cell.may_be_discontinuous | is_at_face)
+                        & (!is_probe_due | is_at_face);
                 let out = if is_through { outcome::EXITED } else { out };
                 if next.arrived > 0.0 {
                     outcome::HIT

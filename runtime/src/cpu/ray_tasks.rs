@@ -139,7 +139,7 @@ pub(super) fn store_point(columns: &mut [F32x64], lane: usize, p: V3<f32>) {
 ///
 /// It avoids masked stores, into which LLVM turns such a choice. With AVX2 on AMD's processors, a masked store
 /// takes ten times as long as a blend and a full store. So the old value is
-/// combined by XOR with a zero that the compiler does not know: it cannot tell that the value is already stored.
+/// combined by XOR with a zero that the compiler does not know. Thus the compiler cannot tell that it is stored.
 #[derive(Clone, Copy)]
 pub(super) struct ColumnChoice {
     hidden_zero: u32,

@@ -232,7 +232,8 @@ fn cull_entered_body(frame: &FrameUniforms, cell: &Cell, values: &F32x64, p: &mu
             remaining,
         );
         // Comparing with NaN is false.
-        let is_apart = field >= marching::rounding_at(t, frame.rounding);
+        let rounding = marching::rounding_at(t, frame.rounding);
+        let is_apart = field >= marching::sign_margin(rounding, 1.0, 0.0);
         let crosses = p.entry_t.0[i] <= p.exit_t.0[i];
         *culled = crosses & is_through & is_apart;
         let clear_radius = field * bounds.slope;
