@@ -4,8 +4,9 @@
 use crate::metamorphic::draw::{DrawOptions, image};
 use glam::Vec3;
 use sdfc_compiler::passes::PassOptions;
-use sdfc_runtime::engine::{EngineKind, open};
+use sdfc_runtime::engine::{Engine, EngineKind, open};
 use sdfc_runtime::render::CellMode;
+use sdfc_trials::skip::is_gpu_skipped;
 
 /// Parts, and the solid that they make.
 const SOLIDS: [(&str, &str); 5] = [
@@ -44,11 +45,12 @@ const SIZES: [[u32; 2]; 2] = [[97, 73], [96, 72]];
 
 #[test]
 fn nobody_sees_through_the_plane_of_a_contact() {
+    let mut cpu = open(EngineKind::Cpu).expect("there is always a CPU");
     let mut failures = String::new();
     for solid in SOLIDS {
         for camera in CAMERAS {
             for size in SIZES {
-                failures += &differing_pixels(solid, camera, size, CellMode::Auto);
+                failures += &differing_pixels(&mut *cpu, solid, camera, size, CellMode::Auto);
             }
         }
     }
@@ -62,27 +64,34 @@ fn curved_contacts_have_no_specks() {
         "(box(20, 20, 5) - cylinder([0, 0, -9], [0, 0, 9], 6)) | cylinder([0, 0, -2.5], [0, 0, 2.5], 6)",
         "box(20, 20, 5)",
     );
-    let mut failures = String::new();
-    for camera in [
+    let cameras = [
         "camera { from: [0, 0, 95], look: [0, 0, 2.5], up: Y, height: 24 }",
         "camera { from: [0, 0, 95], look: [0, 0, 2.5], up: Y, fov: 15deg }",
         "camera { from: [0, 0, 900], look: [0, 0, 2.5], up: [1, 3, 0], fov: 2deg }",
-    ] {
+    ];
+    let size = [480, 480];
+    let mut cpu = open(EngineKind::Cpu).expect("there is always a CPU");
+    let mut failures = String::new();
+    for camera in cameras {
         for cells in [CellMode::Never, CellMode::Always] {
-            failures += &differing_pixels(plug, camera, [480, 480], cells);
+            failures += &differing_pixels(&mut *cpu, plug, camera, size, cells);
         }
+    }
+    if !is_gpu_skipped() {
+        let mut gpu = open(EngineKind::Wgsl).expect("a GPU");
+        failures += &differing_pixels(&mut *gpu, plug, cameras[0], size, CellMode::Never);
     }
     assert!(failures.is_empty(), "\n{failures}");
 }
 
 /// Compares a picture of parts with that of their solid; returns a line if pixels differ, else nothing.
 fn differing_pixels(
+    engine: &mut dyn Engine,
     (parts, whole): (&str, &str),
     camera: &str,
     size: [u32; 2],
     cells: CellMode,
 ) -> String {
-    let mut engine = open(EngineKind::Cpu).expect("there is always a CPU");
     let options = DrawOptions {
         size,
         passes: PassOptions::default(),
@@ -90,7 +99,7 @@ fn differing_pixels(
         scale: 1.0,
     };
     let [a, b] = [parts, whole].map(|shape| {
-        image(&mut *engine, &format!("{camera}\n{shape}\n"), &options)
+        image(engine, &format!("{camera}\n{shape}\n"), &options)
             .unwrap_or_else(|errors| panic!("{shape}: {errors}"))
     });
     let differs = |&pixel: &usize| {

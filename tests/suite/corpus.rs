@@ -63,7 +63,8 @@ pub(crate) fn on_large_stack<T: Send>(work: impl FnOnce() -> T + Send) -> T {
 
 /// Elaborates the scene of a file, which must have no errors.
 pub(crate) fn scene(path: &Path) -> Scene {
-    let text = std::fs::read_to_string(path).expect("the scene can be read");
+    let text =
+        std::fs::read_to_string(path).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
     let mut sources = Sources::new();
     let file = sources.add(name(path), text);
     let folder = Folder(path.parent().expect("it lies in a folder").to_owned());

@@ -125,7 +125,8 @@ fn guards_skip_only_what_does_not_matter() {
 
 /// Returns dumps of a scene without and with one pass, after all passes before it.
 fn before_and_after(pass: &str, path: &Path) -> String {
-    let text = std::fs::read_to_string(path).expect("the scene can be read");
+    let text =
+        std::fs::read_to_string(path).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
     let passes_before = PASSES.iter().take_while(|p| p.name != pass);
     let passes_from = PASSES.iter().skip_while(|p| p.name != pass);
     let without = |passes: Vec<&str>| PassOptions {
