@@ -147,6 +147,9 @@ fn half_heights(lens: ResolvedLens) -> (f64, f64) {
 /// Stand-in for an infinite bound: far outside of any scene, with a square that is finite in `f32`.
 const INFINITE_BOUND: f64 = 1e18;
 
+/// Least coordinate of the camera from which rounding is counted, as a fraction of the scene's size.
+const MIN_COORDINATE_FRACTION: f64 = 1e-3;
+
 /// Converts settings and field facts to a render job.
 pub fn prepare(settings: &RenderSettings, facts: &FieldFacts) -> RenderJob {
     let view = &settings.view;
@@ -159,7 +162,7 @@ pub fn prepare(settings: &RenderSettings, facts: &FieldFacts) -> RenderJob {
     let axes = axes.ahead(approach);
     let start = start + growth * approach;
     let lighting = &settings.lighting;
-    let largest = axes.origin.iter().fold(0.0_f64, |max, v| max.max(v.abs()));
+    let largest = largest_coordinate(axes.origin, facts);
     let bounds = facts.bounds.grown(1e-3 * finite_size(facts));
     let corner = |v: [f64; 3]| v.map(|x| x.clamp(-INFINITE_BOUND, INFINITE_BOUND) as f32);
     let material = facts.material.unwrap_or_default();
@@ -277,6 +280,15 @@ fn approach(settings: &RenderSettings, facts: &FieldFacts, forward: [f64; 3]) ->
     } else {
         0.0
     }
+}
+
+/// Returns the largest coordinate of the origin of rays, from which their rounding is counted. It is above zero at
+/// the origin, too, where a camera may stand on a surface.
+fn largest_coordinate(origin: [f64; 3], facts: &FieldFacts) -> f64 {
+    let min_coordinate = MIN_COORDINATE_FRACTION * finite_size(facts);
+    origin
+        .iter()
+        .fold(min_coordinate, |max, v| max.max(v.abs()))
 }
 
 /// Returns the depth of the scene's centre along the view.
