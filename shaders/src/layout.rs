@@ -290,7 +290,7 @@ shared! {
         field: f32,
         /// Next step to try.
         step: f32,
-        /// Running mean of the field's slope along the ray.
+        /// Running mean of the field's slope along the ray; below −1 it counts probes since the last step.
         trend: f32,
         /// Distance of the last sample above zero: one step before, or earlier.
         t_before: f32,

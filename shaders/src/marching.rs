@@ -11,7 +11,8 @@
 //! A surface is where the field changes its sign, and nothing else. The field must fall below zero by more
 //! than [`sign_margin`]. A field that is positive on both sides but for rounding (a flush cut, two faces that
 //! coincide, a sheet without thickness) is passed. Neither a bound of the slope nor a factor on the field
-//! moves a hit.
+//! moves a hit. Where solids touch, the field is zero in the contact too, without a sheet. So at the first value
+//! near zero, a ray probes the field on both sides ([`takes_probe`]).
 //!
 //! The field may be near zero and fall almost linearly, as towards a plane. Then a line through the last two
 //! points estimates the root. The ray then goes slightly beyond the estimate, to where the sign should have
@@ -141,7 +142,7 @@ pub struct Step<R> {
     pub field: R,
     /// Next step to try.
     pub step: R,
-    /// Running mean of the field's slope along the ray.
+    /// Running mean of the field's slope along the ray; below −1 it counts probes since the last step.
     pub trend: R,
     /// Distance of the last point with the field above zero, one step before or earlier.
     pub t_before: R,
