@@ -2,6 +2,7 @@
 
 use sdfc_shaders::marching;
 use sdfc_trials::random::Random;
+use sdfc_vm::vector::V3;
 
 /// The parameters of the rays of a frame.
 #[derive(Clone, Copy)]
@@ -378,4 +379,64 @@ fn rays_to_the_foot_of_a_wall_end_on_its_face() {
             "{t} for {face}, {height} above, {down} down, {along} along"
         );
     }
+}
+
+/// Reports where a ray along z arrives, 4e-7 beside the plane x = 0, within which solids begin at z = 1.
+fn arrival(field: impl Fn(V3<f32>) -> f32) -> Option<f32> {
+    let (origin, direction) = (V3::new(4e-7, 0.3, 0.0), V3::new(0.0, 0.0, 1.0));
+    let [low, high] = [-10.0, 10.0].map(|v| V3::new(v, v, v));
+    let (rounding, half_pixel, t_exit) = (1e-6, 1e-3, 2.0);
+    let mut ray = marching::Step {
+        t: 0.0,
+        field: 0.0,
+        step: 0.0,
+        trend: -1.0,
+        t_before: 0.0,
+        field_before: 0.0,
+        arrived: 0.0,
+    };
+    let mut count = 0.0;
+    while ray.arrived == 0.0 {
+        let (t, step, trend) = (ray.t, ray.step, ray.trend);
+        let is_probe =
+            marching::takes_probe::<f32>(t, ray.field, step, trend, ray.field_before, rounding);
+        let point = marching::sample_point::<f32>(
+            origin, direction, t, step, trend, is_probe, low, high, half_pixel, rounding,
+        );
+        count += 1.0;
+        ray = marching::march_step::<f32>(
+            t,
+            ray.field,
+            step,
+            trend,
+            ray.t_before,
+            ray.field_before,
+            field(point),
+            count,
+            half_pixel * 0.05,
+            half_pixel,
+            marching::DEFAULT_RELAXATION as f32,
+            marching::rounding_at::<f32>(t + step, rounding),
+            0.0,
+            t_exit,
+            is_probe,
+        );
+        if ray.t > t_exit {
+            return None;
+        }
+    }
+    Some(ray.t)
+}
+
+#[test]
+fn rays_stop_in_contacts_and_pass_sheets_and_grazed_faces() {
+    let left = |p: V3<f32>| p.x.max(1.0 - p.z);
+    let right = |p: V3<f32>| (-p.x).max(1.0 - p.z);
+    let contact = arrival(|p| left(p).min(right(p))).expect("solids that touch are hit");
+    assert!((contact - 1.0).abs() < 1e-5, "{contact}");
+    assert_eq!(arrival(|p| left(p).max(right(p))), None, "a sheet");
+    // The plane through both axes is grazed from its outer side.
+    assert_eq!(arrival(left), None, "a face beside the ray");
+    let mirrored = |p: V3<f32>| right(V3::new(p.x - 8e-7, p.y, p.z));
+    assert_eq!(arrival(mirrored), None, "a face on the other side");
 }
