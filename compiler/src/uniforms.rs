@@ -27,8 +27,8 @@ impl Uniforms {
         uniforms
     }
 
-    /// Returns a number as a constant or as an output of the uniform program. It
-    /// must be a constant, or depend only on parameters and time.
+    /// Returns a number as a constant or as an output of the uniform program. It must be a constant, or depend
+    /// only on parameters and time.
     pub fn intern(&mut self, expressions: &Expressions, id: ExprId) -> GraphNumber {
         if let Some(v) = expressions.as_constant(id) {
             return GraphNumber::Constant(v as f32);
@@ -84,8 +84,8 @@ impl Uniforms {
     }
 }
 
-/// Rebuilds a number with some of its operands replaced. `change` receives three arguments:
-/// an operand, that operand rebuilt from its replaced values, and these values.
+/// Rebuilds a number with some of its operands replaced. `change` receives three arguments: an operand, that
+/// operand rebuilt from its replaced values, and these values.
 pub(crate) fn rewrite_number(
     expressions: &mut Expressions,
     number: ExprId,

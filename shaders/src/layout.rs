@@ -40,8 +40,8 @@ shared! {
     ///
     /// A pixel has coordinates (u, v) in [-1, 1]², from the lower left to the upper right. Its ray starts at
     /// `origin + origin_right · u + origin_up · v` and has the direction `forward + forward_right · u +
-    /// forward_up · v`. One of the two pairs is zero, except for a very distant camera. The rays of such a
-    /// camera start on a plane near the scene, at the distance `approach`.
+    /// forward_up · v`. One of the two pairs is zero, except for a camera outside of a finite scene.
+    /// Its rays start on a plane near the scene, at the distance `approach`.
     FrameUniforms {
         /// Start of the middle rays.
         origin: vec3f,

@@ -196,21 +196,17 @@ pub fn march_step<R: Real>(
         probes + lit(1.0),
         R::select(is_parallel, lit(2.0), lit(MAX_PROBES)),
     );
-    let regular = sphere_step(
+    let previous = Step {
         t,
         field,
         step,
-        trend.max(lit(-1.0)),
+        trend: trend.max(lit(-1.0)),
         t_before,
         field_before,
-        next_field,
-        count,
-        threshold,
-        half_pixel,
-        relaxation,
-        rounding,
-        is_raw,
-        t_exit,
+        arrived: lit(0.0),
+    };
+    let regular = sphere_step(
+        previous, next_field, count, threshold, half_pixel, relaxation, rounding, is_raw, t_exit,
     );
     // The root is at `t`, but for rounding.
     let root_field = field.min(rounding * lit(-ROOT_ROUNDINGS));
@@ -229,17 +225,9 @@ pub fn march_step<R: Real>(
 
 /// Takes a step that is no probe, with the parameters of [`march_step`].
 #[inline(always)]
-#[expect(
-    clippy::too_many_arguments,
-    reason = "a ray's state, as the buffer holds it"
-)]
+#[expect(clippy::too_many_arguments, reason = "a ray's state and its frame")]
 fn sphere_step<R: Real>(
-    t: R,
-    field: R,
-    step: R,
-    trend: R,
-    t_before: R,
-    field_before: R,
+    previous: Step<R>,
     next_field: R,
     count: R,
     threshold: R,
@@ -249,6 +237,15 @@ fn sphere_step<R: Real>(
     is_raw: R,
     t_exit: R,
 ) -> Step<R> {
+    let Step {
+        t,
+        field,
+        step,
+        trend,
+        t_before,
+        field_before,
+        ..
+    } = previous;
     let zero = lit::<R>(0.0);
     let slope = ((next_field - field) / step.max(lit(1e-30))).named("slope");
     let depth = sign_margin(rounding, slope, is_raw).named("depth");

@@ -42,7 +42,7 @@ const REMAINING: [(&str, &str, usize); 20] = [
     ("shaders/src/interpreter/tape.rs", "emit_clause", 144),
     ("shaders/src/kernels/occlusion.wgsl", "main", 104),
     ("shaders/src/kernels/shadow.wgsl", "main", 316),
-    ("shaders/src/marching.rs", "sphere_step", 117),
+    ("shaders/src/marching.rs", "sphere_step", 121),
     ("src/command/info.rs", "page", 102),
     ("trials/src/programs.rs", "program", 103),
     ("vm/src/tape/evaluator.rs", "run", 114),
