@@ -11,7 +11,7 @@ mod blocks;
 use crate::graph::{Graph, GraphChainStep, GraphNode, GraphNumber, Guard, NodeId};
 use blocks::Blocks;
 use sdfc_vm::apply::wgsl_name;
-use sdfc_vm::material_weights::{tie_sign, tie_wgsl};
+use sdfc_vm::material_weights::{tie_signs, tie_wgsl};
 use sdfc_vm::record::scalar_literal;
 use sdfc_vm::row::{Category, Input, ParameterType};
 use sdfc_vm::table::Op;
@@ -75,10 +75,10 @@ pub fn write(graph: &Graph, function: WgslFunction, library: &mut WgslLibrary) -
 
 /// Returns the seed of the first operand, which takes precedence at equal values.
 fn first_seed(op: Op, a: &str, b: &str) -> String {
-    match tie_sign(op) {
-        sign if sign > 0.0 => format!("first_seed({a}, {b}, tie)"),
-        sign if sign < 0.0 => format!("first_seed({a}, {b}, -tie)"),
-        _ => format!("vec4f(1.0, 0.0, 0.0, {a}.w)"),
+    let [tie, second] = tie_signs(op).map(|sign| if sign < 0.0 { "-" } else { "" });
+    match op.row().facts.set {
+        Some(_) => format!("first_seed({a}, {second}{b}, {tie}tie)"),
+        None => format!("vec4f(1.0, 0.0, 0.0, {a}.w)"),
     }
 }
 

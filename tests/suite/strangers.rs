@@ -34,6 +34,10 @@ const LONG_FACTOR: u64 = 20;
 /// Maximum depth of a sliver in half pixels, and the number of its samples.
 const MAX_SLIVER_DEPTH: f64 = 0.5;
 const SLIVER_SAMPLES: usize = 64;
+/// Scenes with materials that meet in blends, in which engines mix them.
+const BLENDED_SCENES: [&str; 2] = ["blends", "slime_on_floor"];
+/// Depth below the surface at which the oracle reads materials, in half pixels.
+const MATERIAL_DEPTH: f64 = 0.01;
 /// Maximum error of a depth, relative to the depth and to the largest coordinate.
 const MAX_DEPTH_ERROR: f64 = 2e-5;
 /// Maximum number of wrong pixels that are listed.
@@ -69,10 +73,12 @@ struct RayTruth {
     /// Length of rays.
     far: f64,
     outcomes: Vec<Option<TraceOutcome>>,
+    /// Set if every surface has one material.
+    has_materials: bool,
 }
 
 impl RayTruth {
-    fn new(scene: &Scene, settings: &RenderSettings) -> Self {
+    fn new(scene: &Scene, settings: &RenderSettings, has_materials: bool) -> Self {
         let root = scene.root.expect("it has a shape");
         let far = RAY_LENGTH_FACTOR * settings.view.target_distance();
         Self {
@@ -81,6 +87,7 @@ impl RayTruth {
             size: settings.size,
             far: settings.far.min(far),
             outcomes: vec![None; (settings.size[0] * settings.size[1]) as usize],
+            has_materials,
         }
     }
 
@@ -101,6 +108,32 @@ impl RayTruth {
             .trace(ray.origin, ray.direction, [0.0, self.far]);
         self.outcomes[pixel] = Some(outcome);
         outcome
+    }
+
+    /// Returns the number of the material just below the surface that a pixel shows at `t`. Sheets, which coincide
+    /// with the surface and enclose nothing, are not there.
+    fn material(&self, ray: &ReferenceRay, t: f64) -> u32 {
+        let below = ray.at(t + MATERIAL_DEPTH * self.camera.half_pixel(t));
+        self.oracle.material(below).map_or(0, |id| id.0)
+    }
+
+    /// Reports whether a material is seen around a pixel.
+    fn has_material_around(&self, pixel: usize, material: u32) -> bool {
+        let width = self.size[0] as usize;
+        let centre = [pixel % width, pixel / width].map(|v| v as f64);
+        let steps = 2 * MAX_NEIGHBOUR_DISTANCE;
+        (-steps..=steps).any(|dy| {
+            (-steps..=steps).any(|dx| {
+                let ray = self.camera.ray(centre, [dx, dy].map(|v| v as f64 / 2.0));
+                match self
+                    .oracle
+                    .trace(ray.origin, ray.direction, [0.0, self.far])
+                {
+                    TraceOutcome::Hit { t, .. } => self.material(&ray, t) == material,
+                    _ => false,
+                }
+            })
+        })
     }
 
     /// Traces rays through the pixels around one, and between them.
@@ -162,11 +195,22 @@ struct WrongPixels {
     hits: Vec<usize>,
     depths: Vec<usize>,
     normals: Vec<usize>,
+    materials: Vec<usize>,
 }
 
 impl WrongPixels {
     fn count(&self) -> usize {
-        self.hits.len() + self.depths.len() + self.normals.len()
+        self.groups().map(|(_, pixels)| pixels.len()).iter().sum()
+    }
+
+    /// Returns the wrong pixels of each kind, with its name.
+    fn groups(&self) -> [(&'static str, &[usize]); 4] {
+        [
+            ("hits", &self.hits),
+            ("depths", &self.depths),
+            ("normals", &self.normals),
+            ("materials", &self.materials),
+        ]
     }
 }
 
@@ -238,11 +282,16 @@ fn compare(truth: &mut RayTruth, image: &Image, max_steps: u64) -> (WrongPixels,
             }
             continue;
         }
-        let side = if image.status[pixel] == Status::Inside {
-            -1.0
-        } else {
-            1.0
-        };
+        let is_inside = image.status[pixel] == Status::Inside;
+        let id = image.id[pixel];
+        if truth.has_materials
+            && !is_inside
+            && truth.material(&truth.ray(pixel), t) != id
+            && !truth.has_material_around(pixel, id)
+        {
+            wrong.materials.push(pixel);
+        }
+        let side = if is_inside { -1.0 } else { 1.0 };
         let drawn = side * Vec3::from(image.normal[pixel]).as_dvec3();
         let Some(normal) = normal else { continue };
         if angle(normal.into(), drawn) > MAX_NORMAL_ERROR_DEGREES {
@@ -307,7 +356,7 @@ fn examine(path: &Path, engines: &mut [Box<dyn Engine>], max_steps: u64) -> Stri
     if settings.is_2d {
         return report;
     }
-    let mut truth = RayTruth::new(&scene, &settings);
+    let mut truth = RayTruth::new(&scene, &settings, !BLENDED_SCENES.contains(&&*name(path)));
     let loaded = scene_input(&compiled, &uniform_values, &source);
     let excused = excused(path);
     for engine in engines {
@@ -321,10 +370,10 @@ fn examine(path: &Path, engines: &mut [Box<dyn Engine>], max_steps: u64) -> Stri
             let (wrong, compared) = compare(&mut truth, &image, max_steps);
             let Image { stats, .. } = &image;
             if wrong.count() > excused || stats.step_caps > 0 {
-                let (hits, depths, normals) =
-                    (wrong.hits.len(), wrong.depths.len(), wrong.normals.len());
-                let all = [&wrong.hits, &wrong.depths, &wrong.normals];
-                let listed = all.into_iter().flatten().take(MAX_LISTED_PIXELS);
+                let groups = wrong.groups();
+                let counts = groups.map(|(kind, pixels)| format!("{} {kind}, ", pixels.len()));
+                let listed = groups.into_iter().flat_map(|(_, pixels)| pixels);
+                let listed = listed.take(MAX_LISTED_PIXELS);
                 let listed: String = listed
                     .map(|&pixel| {
                         let coordinates = [pixel % image.width, pixel / image.width];
@@ -337,9 +386,10 @@ fn examine(path: &Path, engines: &mut [Box<dyn Engine>], max_steps: u64) -> Stri
                     .collect();
                 _ = writeln!(
                     report,
-                    "{}: {} cells {cells:?}: {hits} hits, {depths} depths, {normals} normals, of {compared}, {} out of steps, {} NaN{listed}",
+                    "{}: {} cells {cells:?}: {}of {compared}, {} out of steps, {} NaN{listed}",
                     name(path),
                     engine.kind(),
+                    counts.concat(),
                     stats.step_caps,
                     stats.nans,
                 );

@@ -27,40 +27,51 @@ pub fn tie_wgsl(point: &str) -> String {
     )
 }
 
-/// Returns the factor on the tie distance that is subtracted from the first operand: 1 for unions, −1 for
-/// intersections and subtractions, else 0. Of two coincident faces, the first one is then visible.
-pub fn tie_sign(op: Op) -> f64 {
+/// Returns the factors by which an operation combines its operands as a union does: of the tie distance, and of the
+/// second operand. The first is −1 for intersections and subtractions, and 0 for what is no set operation.
+pub fn tie_signs(op: Op) -> [f64; 2] {
     match op.row().facts.set {
-        Some(SetOperation::Union) => 1.0,
-        Some(SetOperation::Intersection | SetOperation::Subtraction) => -1.0,
-        None => 0.0,
+        Some(SetOperation::Union) => [1.0, 1.0],
+        Some(SetOperation::Intersection) => [-1.0, 1.0],
+        Some(SetOperation::Subtraction) => [-1.0, -1.0],
+        None => [0.0, 1.0],
     }
 }
 
-/// Maximum distance from the first operand's face at which it is moved, in tie distances. A face that is
-/// farther away coincides with nothing there, however small its value is.
-const MAX_TIE_REACH: f32 = 4.0;
-
-/// Returns two duals, seeded with the first and the second unit vector as their gradients. The first one is reduced by
-/// `tie`, a distance, times the steeper operand's slope. It keeps its value if its face is farther away.
+/// Returns two duals, seeded with the first and the second unit vector as their gradients.
+///
+/// Two faces coincide if they look to the same side and differ by less than the tie distance `tie`. Distances to faces
+/// are values divided by slopes, so that points need not be on the surface. Of coincident faces the first
+/// one is visible: its value becomes the second one's, less a tie. The second operand is multiplied by `sign`.
 #[inline(always)]
-fn operand_duals(a: [&F32x64; 4], b: [&F32x64; 4], lane: usize, tie: f32) -> [Dual<f32>; 2] {
+fn operand_duals(
+    a: [&F32x64; 4],
+    b: [&F32x64; 4],
+    lane: usize,
+    [tie, sign]: [f32; 2],
+) -> [Dual<f32>; 2] {
     let slope = |operand: [&F32x64; 4]| {
         let component = |axis: usize| operand[axis].0[lane].abs();
         component(0).max(component(1)).max(component(2))
     };
+    let product = |axis: usize| a[axis].0[lane] * b[axis].0[lane];
+    let alignment = (product(0) + product(1) + product(2)) * sign;
     let (first_slope, second_slope) = (slope(a), slope(b));
-    let (a, b) = (a[3].0[lane], b[3].0[lane]);
-    let outside = if tie > 0.0 { a } else { -a };
-    let is_near = outside <= tie.abs() * first_slope * MAX_TIE_REACH;
-    let shift = tie * first_slope.max(second_slope);
+    let (first, second) = (a[3].0[lane], b[3].0[lane]);
+    let combined_second = second * sign;
+    let gap = (first * second_slope - combined_second * first_slope).abs();
+    let coincide = alignment > 0.0 && gap < tie.abs() * first_slope * second_slope;
     [
         Dual {
-            value: if is_near { a - shift } else { a },
+            value: if coincide {
+                combined_second - tie * second_slope
+            } else {
+                first
+            },
             gradient: V3::new(1.0, 0.0, 0.0),
         },
         Dual {
-            value: b,
+            value: second,
             gradient: V3::new(0.0, 1.0, 0.0),
         },
     ]
@@ -83,9 +94,10 @@ pub(crate) fn operation_weights(
     tie_distances: &F32x64,
 ) -> F32x64 {
     let mut weights = F32x64::default();
-    let sign = tie_sign(op) as f32;
+    let [tie_sign, second_sign] = tie_signs(op).map(|sign| sign as f32);
     for lane in 0..LANES {
-        let [x, y] = operand_duals(a, b, lane, sign * tie_distances.0[lane]);
+        let tie = tie_sign * tie_distances.0[lane];
+        let [x, y] = operand_duals(a, b, lane, [tie, second_sign]);
         let values = [x, y, Dual::fixed(0.0)];
         // The point is constant here: only the weights of the operands are needed.
         let p = DualVec3::fixed(Dual::<f32>::load_point(q, lane).value);
@@ -112,12 +124,13 @@ fn blend_weights_body(
     tie_distances: &F32x64,
     weights: &mut F32x64,
 ) {
-    let sign = constants[0];
+    let [tie_sign, second_sign, ..] = constants;
     let [s, sb, width, coefficient] = constants.map(Dual::fixed);
     macro_rules! each {
         ($kernel:expr) => {
             for lane in 0..LANES {
-                let [x, y] = operand_duals(a, b, lane, sign * tie_distances.0[lane]);
+                let tie = tie_sign * tie_distances.0[lane];
+                let [x, y] = operand_duals(a, b, lane, [tie, second_sign]);
                 let v = $kernel.blend(x, y, s, sb, width, coefficient);
                 weights.0[lane] = second_weight(v.gradient.x, v.gradient.y);
             }
@@ -132,21 +145,18 @@ fn blend_weights_body(
     }
 }
 
-/// Returns the WGSL of the mixed materials of a blend. `weights` is the blend's value with the derivatives with respect to
-/// its two operands in x and y.
-pub(crate) fn mixed_surface_wgsl() -> String {
-    format!("const MAX_TIE_REACH: f32 = {MAX_TIE_REACH:?};\n\n{MIXED_SURFACE_WGSL}")
-}
-
-const MIXED_SURFACE_WGSL: &str = "fn max_slope(a: vec4f) -> f32 {
+/// WGSL of the mixed materials of a blend. `weights` is the blend's value with the derivatives with respect to its two
+/// operands in x and y. The second operand of `first_seed` is multiplied by its sign.
+pub(crate) const MIXED_SURFACE_WGSL: &str = "fn max_slope(a: vec4f) -> f32 {
     return max(max(abs(a.x), abs(a.y)), abs(a.z));
 }
 
 fn first_seed(a: vec4f, b: vec4f, tie: f32) -> vec4f {
-    let outside = select(-a.w, a.w, tie > 0.0);
-    let is_near = outside <= abs(tie) * max_slope(a) * MAX_TIE_REACH;
-    let shift = tie * max(max_slope(a), max_slope(b));
-    return vec4f(1.0, 0.0, 0.0, select(a.w, a.w - shift, is_near));
+    let slopes = vec2f(max_slope(a), max_slope(b));
+    let gap = abs(a.w * slopes.y - b.w * slopes.x);
+    let products = a.xyz * b.xyz;
+    let coincide = products.x + products.y + products.z > 0.0 && gap < abs(tie) * slopes.x * slopes.y;
+    return vec4f(1.0, 0.0, 0.0, select(a.w, b.w - tie * slopes.y, coincide));
 }
 
 fn mixed_surface(a: Surface, b: Surface, weights: vec4f) -> Surface {

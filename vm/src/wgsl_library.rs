@@ -6,7 +6,7 @@ use crate::apply::{record_gradient, record_interval, record_value};
 use crate::blend::BlendKernel;
 use crate::dual::Dual;
 use crate::guard::influence_margin_sq;
-use crate::material_weights::mixed_surface_wgsl;
+use crate::material_weights::MIXED_SURFACE_WGSL;
 use crate::prelude;
 use crate::record::{
     BOX_POINT, DUAL_POINT, RecordedFunction, RecordedInterval, Scalar, Vec3, record,
@@ -89,7 +89,7 @@ impl WgslLibrary {
             text.push_str(LOCAL_NORMAL);
         }
         if self.mixed_surface {
-            text.push_str(&mixed_surface_wgsl());
+            text.push_str(MIXED_SURFACE_WGSL);
         }
         if self.mapped {
             text.push_str(MAPPED);

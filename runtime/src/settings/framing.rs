@@ -34,8 +34,11 @@ const MAX_ELEVATION: f64 = 1.5;
 const DEFAULT_SIDE: f64 = 2.0;
 /// Half the size of such a scene, as a fraction of the distance from the camera to its target.
 const SIZE_PER_DISTANCE: f64 = 0.3;
-/// Length of rays in an infinite scene, in distances of the camera from its target.
+/// Minimum length of rays in an infinite scene, in distances of the camera from its target.
 const UNBOUNDED_FAR_DISTANCES: f64 = 200.0;
+/// Minimum half height of the image at the ends of such rays, in the same unit. A floor's horizon is then equally many
+/// pixels too low through every long lens.
+const UNBOUNDED_FAR_HALF_HEIGHTS: f64 = 63.0;
 
 impl FramingTarget {
     pub(super) fn from_bounds(bounds: &Bounds) -> Self {
@@ -111,7 +114,13 @@ impl FramingTarget {
             };
             return 1.01 * (distance + radius + lateral) + 1e-3 * radius;
         }
-        UNBOUNDED_FAR_DISTANCES * view.target_distance().max(self.size)
+        let distances = match view.lens {
+            ResolvedLens::Perspective(fov) => {
+                UNBOUNDED_FAR_DISTANCES.max(UNBOUNDED_FAR_HALF_HEIGHTS / (fov / 2.0).tan())
+            }
+            ResolvedLens::Orthographic(_) => UNBOUNDED_FAR_DISTANCES,
+        };
+        distances * view.target_distance().max(self.size)
     }
 
     /// Returns the radius of occlusion in units of length: about the size of a crevice.
@@ -316,6 +325,30 @@ mod tests {
             assert!(view.from.iter().all(|v| v.is_finite()), "{bounds:?}");
             assert!(target.far(&view) > 0.0 && target.far(&view).is_finite());
             assert!(target.occlusion_reach() > 0.0);
+        }
+    }
+
+    #[test]
+    fn a_floor_ends_near_its_horizon_through_every_lens() {
+        let ground = Bounds {
+            min: [f64::NEG_INFINITY; 3],
+            max: [f64::INFINITY, 1.0, f64::INFINITY],
+        };
+        for degrees in [0.5_f64, 2.0, 10.0, 35.0, 90.0] {
+            let fov = degrees.to_radians();
+            let (height, distance) = (1.5, 5.0);
+            let view = View {
+                from: [0.0, height, distance],
+                look: [0.0, height, 0.0],
+                up: [0.0, 1.0, 0.0],
+                lens: ResolvedLens::Perspective(fov),
+            };
+            let far = FramingTarget::from_bounds(&ground).far(&view);
+            let half_heights_below_horizon = (height / far).atan() / (fov / 2.0);
+            assert!(
+                half_heights_below_horizon < 0.006,
+                "{degrees}: {half_heights_below_horizon}"
+            );
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use sdfc_vm::apply::wgsl_name;
 use sdfc_vm::blend::BlendKernel;
-use sdfc_vm::material_weights::tie_sign;
+use sdfc_vm::material_weights::tie_signs;
 use sdfc_vm::program::{KernelRequirements, Opcode};
 use sdfc_vm::row::{Category, Input, Output, ParameterType};
 use sdfc_vm::table::{Op, Row};
@@ -258,7 +258,8 @@ pub(super) fn operation_case(
                 if rule == MaterialRule::Mixed {
                     // The point is fixed: only the weights of the operands are needed.
                     let fixed_point = "DualPoint(q.p, vec3f(), vec3f(), vec3f())";
-                    let first = format!("first_seed(a, b, tie * {:.1})", tie_sign(op));
+                    let [tie, second] = tie_signs(op);
+                    let first = format!("first_seed(a, b * {second:.1}, tie * {tie:.1})");
                     let seeds = [&*first, "vec4f(0.0, 1.0, 0.0, b.w)", ""];
                     let _ = write!(body, " weights = {};", call(fixed_point, seeds));
                 }
@@ -423,7 +424,7 @@ pub(super) fn emit_surface_blend(
     line(2, "if blend_kernel != 0u {");
     line(
         3,
-        "let seed_a = first_seed(accumulator, result, tie * c.x);",
+        "let seed_a = first_seed(accumulator, result * c.y, tie * c.x);",
     );
     line(3, "let seed_b = vec4f(0.0, 1.0, 0.0, result.w);");
     line(3, "var weights = vec4f();");
