@@ -64,6 +64,10 @@ const MISTAKES: &[(&str, &str)] = &[
         "one number for all sides, and another",
         "box_frame(0.8, 0.1)",
     ),
+    (
+        "one number for all axes, and a count",
+        "sphere(0.3).repeat(0.8, 3)",
+    ),
     ("end of a range", "param a = 1 in 0..1;\nsphere(a + 1)"),
     (
         "material that hides a function",
