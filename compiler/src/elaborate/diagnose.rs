@@ -127,7 +127,12 @@ pub(crate) fn dialect_advice(name: &str) -> Option<(Option<&'static str>, &'stat
         "smooth_subtraction" | "opSmoothSubtraction" => {
             advice("a smooth difference is written `a -[0.2] b`")
         }
-        "hull" | "minkowski" => advice("there is no such operation; `union(.., smooth:)` blends"),
+        "minkowski" => advice(
+            "there is no such operation; the sum of a shape and a ball is `shape.offset(radius)`",
+        ),
+        "hull" => advice(
+            "there is no such operation; the hull of two equal balls is `capsule(from, to, r)`, and `union(.., smooth:)` blends",
+        ),
         "vec" => advice("write `[x, y, z]`"),
         "float3" => replacement("vec3", "three numbers are a `vec3` here"),
         "float2" => replacement("vec2", "two numbers are a `vec2` here"),
