@@ -2,8 +2,8 @@
 //!
 //! The weight of an operand is the fraction of the result's slope that comes from it. That is the blend's
 //! derivative by that operand over the sum of both. A hard union therefore takes the nearer shape's material,
-//! and a smooth one has a transition as wide as the shape's. Where faces coincide, the first operand is moved
-//! by the *tie distance*, which rounding does not exceed, so that it is visible.
+//! and a smooth one has a transition as wide as the shape's. Faces coincide within the *tie distance*, which
+//! rounding does not exceed; there the first operand is visible.
 
 use crate::apply::{OpResult, apply};
 use crate::blend::BlendKernel;
