@@ -195,6 +195,9 @@ impl<'s, 'u> ShapeRange<'s, 'u> {
 
     /// Returns the range of a number that depends on no point.
     fn uniform(&mut self, id: ExprId) -> Interval {
+        if let Some(constant) = self.scene.expressions.as_constant(id) {
+            return Interval::point(constant);
+        }
         let uniform = &mut self.uniform;
         *self.uniforms.entry(id).or_insert_with(|| uniform(id))
     }

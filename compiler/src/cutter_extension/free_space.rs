@@ -172,39 +172,18 @@ impl CutterExtension<'_> {
             true => PointSet::Box(PointSet::half_plane(bounds)),
             false => region.point_set(*bounds),
         };
-        // A margin at the faces is excluded.
-        let bounding_box = region.point_set(region.bounds).bounds();
-        let margin = TOUCH_TOLERANCE
-            * max_coordinate(&bounding_box.mapped(&region.rows)).max(max_coordinate(&bounding_box));
-        let mut inner = region.bounds.grown(-margin);
-        if region.is_ring {
-            (inner.min[2], inner.max[2]) = (region.bounds.min[2], region.bounds.max[2]);
-        }
-        for axis in 0..3 {
-            if inner.min[axis] > inner.max[axis] {
-                (inner.min[axis], inner.max[axis]) =
-                    (region.bounds.min[axis], region.bounds.max[axis]);
-            }
-        }
-        let full_size = longest_side(region, &inner).1;
-        let mut pending = vec![inner];
-        let mut is_proved = true;
-        for _ in 0..MAX_BISECTIONS {
-            let Some(bounds) = pending.pop() else { break };
-            let (axis, side) = longest_side(region, &bounds);
-            let points = region.point_set(bounds);
-            let tolerance = F32_TOLERANCE
-                * max_coordinate(&points.bounds().mapped(&region.rows))
-                    .max(max_coordinate(&bounds));
+        // The least depth of a box in the solid that the extension removes; `None` if it removes nothing there.
+        let removed_depth = |range: &mut MappedRange, bounds: &Bounds, tolerance: f64| {
+            let points = region.point_set(*bounds);
             let value = body.map_or(Interval::point(f64::NEG_INFINITY), |body| {
                 range.over(body, &region.rows, &points)
             });
             if value.lo >= -tolerance {
-                continue;
+                return None;
             }
             let mut own_value = Interval::point(-1.0);
             if let Some(level) = region.to_part() {
-                own_value = match (&centre, point_set_in(level, &bounds)) {
+                own_value = match (&centre, point_set_in(level, bounds)) {
                     (Some((centre, flats)), PointSet::Box(inner)) => {
                         let mut profile = inner.mapped(&level.rows);
                         for &axis in flats {
@@ -215,22 +194,43 @@ impl CutterExtension<'_> {
                     (_, points) => range.over(part.id, &level.rows, &points),
                 };
                 if own_value.lo >= part.blend_radius - tolerance {
-                    continue;
+                    return None;
                 }
             }
-            let mut may_be_cut = false;
-            let is_cut = cutters.iter().any(|(other, level)| {
-                let value = range.over(*other, &level.rows, &point_set_in(level, &bounds));
-                may_be_cut |= value.lo < 0.0;
-                value.hi <= tolerance
-            });
-            if is_cut {
-                continue;
+            let mut depth = -value.hi.max(own_value.hi);
+            for (other, level) in cutters {
+                let value = range.over(*other, &level.rows, &point_set_in(level, bounds));
+                if value.hi <= tolerance {
+                    return None;
+                }
+                depth = depth.min(value.lo);
             }
-            let is_solid = value.hi < 0.0 && own_value.hi < 0.0 && !may_be_cut;
-            if is_solid
+            Some(depth)
+        };
+        let inner = without_margin(region);
+        let full_size = longest_side(region, &inner).1;
+        let mut pending = vec![inner];
+        let mut is_proved = true;
+        for _ in 0..MAX_BISECTIONS {
+            let Some(bounds) = pending.pop() else { break };
+            let (axis, side) = longest_side(region, &bounds);
+            let points = region.point_set(bounds).bounds();
+            let tolerance = F32_TOLERANCE
+                * max_coordinate(&points.mapped(&region.rows)).max(max_coordinate(&bounds));
+            let Some(depth) = removed_depth(&mut range, &bounds, tolerance) else {
+                continue;
+            };
+            // A box around a removed point cannot be proved: most failures end at the first box.
+            let is_sample_removed = |range: &mut MappedRange| {
+                samples(&bounds).any(|point| {
+                    let depth = removed_depth(range, &point, tolerance);
+                    depth.is_some_and(|depth| depth > tolerance)
+                })
+            };
+            if depth > 0.0
                 || side <= full_size * MIN_BOX_FRACTION
                 || range.range.operations >= self.remaining_interval_operations
+                || side == full_size && is_sample_removed(&mut range)
             {
                 is_proved = false;
                 break;
@@ -245,6 +245,42 @@ impl CutterExtension<'_> {
             .saturating_sub(range.range.operations);
         is_proved && pending.is_empty()
     }
+}
+
+/// Returns the bounds of a region without a margin at its faces, which may touch others.
+fn without_margin(region: &Region) -> Bounds {
+    let bounding_box = region.point_set(region.bounds).bounds();
+    let margin = TOUCH_TOLERANCE
+        * max_coordinate(&bounding_box.mapped(&region.rows)).max(max_coordinate(&bounding_box));
+    let mut inner = region.bounds.grown(-margin);
+    if region.is_ring {
+        (inner.min[2], inner.max[2]) = (region.bounds.min[2], region.bounds.max[2]);
+    }
+    for axis in 0..3 {
+        if inner.min[axis] > inner.max[axis] {
+            (inner.min[axis], inner.max[axis]) = (region.bounds.min[axis], region.bounds.max[axis]);
+        }
+    }
+    inner
+}
+
+/// Returns points of a box on a grid, as boxes: its centre first.
+fn samples(bounds: &Bounds) -> impl Iterator<Item = Bounds> {
+    const FRACTIONS: [f64; 3] = [1.0 / 2.0, 1.0 / 6.0, 5.0 / 6.0];
+    let coordinate = |axis: usize, index: usize| {
+        bounds.min[axis] + FRACTIONS[index] * (bounds.max[axis] - bounds.min[axis])
+    };
+    (0..27).map(move |index| {
+        let point = [
+            coordinate(0, index % 3),
+            coordinate(1, index / 3 % 3),
+            coordinate(2, index / 9),
+        ];
+        Bounds {
+            min: point,
+            max: point,
+        }
+    })
 }
 
 /// Returns the axis of the longest side of a region, and its length; for a full turn the diameter.
