@@ -172,7 +172,7 @@ impl CutterExtension<'_> {
             true => PointSet::Box(PointSet::half_plane(bounds)),
             false => region.point_set(*bounds),
         };
-        // The least depth of a box in the solid that the extension removes; `None` if it removes nothing there.
+        // The least depth of a box in what the extension removes; `None` if intervals prove that nothing is.
         let removed_depth = |range: &mut MappedRange, bounds: &Bounds, tolerance: f64| {
             let points = region.point_set(*bounds);
             let value = body.map_or(Interval::point(f64::NEG_INFINITY), |body| {
@@ -220,17 +220,14 @@ impl CutterExtension<'_> {
             let Some(depth) = removed_depth(&mut range, &bounds, tolerance) else {
                 continue;
             };
-            // A box around a removed point cannot be proved: most failures end at the first box.
-            let is_sample_removed = |range: &mut MappedRange| {
-                samples(&bounds).any(|point| {
-                    let depth = removed_depth(range, &point, tolerance);
-                    depth.is_some_and(|depth| depth > tolerance)
-                })
+            // No box around such a point can be proved: most failures end at the first box.
+            let has_unproved_sample = |range: &mut MappedRange| {
+                samples(&bounds).any(|point| removed_depth(range, &point, tolerance).is_some())
             };
             if depth > 0.0
                 || side <= full_size * MIN_BOX_FRACTION
                 || range.range.operations >= self.remaining_interval_operations
-                || side == full_size && is_sample_removed(&mut range)
+                || side == full_size && has_unproved_sample(&mut range)
             {
                 is_proved = false;
                 break;
