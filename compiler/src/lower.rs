@@ -113,6 +113,7 @@ fn lower_for(
 ) -> (Graph, LeafTracker, Vec<Diagnostic>) {
     let material_sets = material_sets(scene);
     let coverage = paint::coverage(scene);
+    let has_painted_cutters = paint::has_painted_cutters(scene, &coverage);
     let mut graph = Graph::default();
     let world = graph.add(GraphNode::World);
     let mut lowering = Lowering {
@@ -121,6 +122,8 @@ fn lower_for(
         boxes,
         material_sets,
         coverage,
+        has_painted_cutters,
+        is_uncut: false,
         underlay: None,
         doublings: 0,
         uniforms,
@@ -143,6 +146,10 @@ struct Lowering<'a> {
     boxes: &'a mut ShapeBounds,
     material_sets: Vec<MaterialSet>,
     coverage: Vec<Coverage>,
+    /// For each shape, whether operands with a paint cut it or a part of it.
+    has_painted_cutters: Vec<bool>,
+    /// Set while bodies are lowered without their cutters, for their paint alone.
+    is_uncut: bool,
     /// Value whose paint is shown by shapes without one.
     underlay: Option<NodeId>,
     /// Number of enclosing operations whose operands are lowered twice.
@@ -383,6 +390,9 @@ impl Lowering<'_> {
     ) -> NodeId {
         let parameters = self.numbers(parameters);
         let operand_points = self.operand_points(op, children, local_point, value_use);
+        if self.is_uncut && op.row().facts.set == Some(SetOperation::Subtraction) {
+            return self.shape(children[0], operand_points[0], value_use);
+        }
         if self.purpose == Purpose::Surface && self.shows_through(op, children) {
             return self.combine_painted(
                 op,

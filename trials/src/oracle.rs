@@ -25,6 +25,7 @@ mod trace;
 mod tree;
 
 pub use build::children;
+use material::MaterialRules;
 use point::max_coordinate;
 pub use point::{Point, norm, point_along};
 use sdfc_compiler::scene::{MaterialId, Scene, ShapeId};
@@ -98,7 +99,11 @@ impl Oracle {
     /// Returns the material of the surface at a point on it, if one is assigned there.
     pub fn material(&self, p: Point) -> Option<MaterialId> {
         let tolerance = MAX_PAINT_DIFFERENCE_PER_SIZE * self.size_at(p);
-        self.tree.material_at(self.tree.root, p, tolerance)
+        let rules = MaterialRules {
+            tolerance,
+            is_uncut: false,
+        };
+        self.tree.material_at(self.tree.root, p, rules)
     }
 
     fn size_at(&self, p: Point) -> f64 {

@@ -411,8 +411,7 @@ pub(crate) fn mismatch_diagnostic(
             let diagnostic = Diagnostic::error(codes::E0311, span, message)
                 .label(call.name_span, signature_text);
             // Of two numbers, the second was probably meant for the next parameter.
-            let has_no_default = |next: &&ParamSpec| next.default.is_none_or(<[f64]>::is_empty);
-            match next.filter(has_no_default) {
+            match next.filter(|next| next.default.is_none_or(<[f64]>::is_empty)) {
                 Some(next) if numbers == 2 && param.kind.accepts_scalar() => diagnostic.fix(
                     second.at_start(),
                     format!("{}: ", next.name),

@@ -2,7 +2,7 @@
 //!
 //! A face cut by an operand without a paint shows the paint of the body there; an operand with a paint
 //! shows its own. Operands may be painted in part: their shapes without paint show the *underlay*, the
-//! value of the body.
+//! value of the body. Paints of earlier cutters lie on their faces alone: the underlay is the uncut body.
 
 use super::{LocalPoint, Lowering, ValueUse};
 use crate::graph::{GraphNumber, NodeId};
@@ -61,12 +61,34 @@ pub(super) fn coverage(scene: &Scene) -> Vec<Coverage> {
     coverages
 }
 
+/// Returns for every shape whether operands with a paint cut it or a part of it.
+pub(super) fn has_painted_cutters(scene: &Scene, coverage: &[Coverage]) -> Vec<bool> {
+    let mut flags: Vec<bool> = Vec::with_capacity(scene.shapes.len());
+    for shape in &scene.shapes {
+        let is_painted = |id: &ShapeId| coverage[id.0 as usize] != Coverage::None;
+        let flag = |id: &ShapeId| flags[id.0 as usize];
+        let has_painted_cutters = match &shape.kind {
+            ShapeKind::Painted { .. } => false,
+            ShapeKind::Combine { op, children, .. }
+                if op.row().facts.set == Some(SetOperation::Subtraction) =>
+            {
+                flag(&children[0]) || children[1..].iter().any(is_painted)
+            }
+            other => children(other).iter().any(flag),
+        };
+        flags.push(has_painted_cutters);
+    }
+    flags
+}
+
 impl Lowering<'_> {
     /// Reports whether an operand without paint, or a part of one, shows the paint of one operand among
     /// several.
     pub(super) fn shows_through(&self, op: Op, children: &[ShapeId]) -> bool {
         let child_coverage = |id: &ShapeId| self.coverage[id.0 as usize];
         let is_partial = |id: &ShapeId| child_coverage(id) == Coverage::Partial;
+        let is_unpainted = |id: &ShapeId| child_coverage(id) == Coverage::None;
+        let is_cut = |id: &ShapeId| self.has_painted_cutters[id.0 as usize];
         let painted = children
             .iter()
             .filter(|id| child_coverage(id) != Coverage::None);
@@ -76,18 +98,18 @@ impl Lowering<'_> {
         match op.row().facts.set {
             Some(SetOperation::Intersection) => {
                 painted.clone().count() > 1 && children.iter().any(is_partial)
+                    || children.iter().any(is_unpainted) && children.iter().any(is_cut)
             }
             Some(SetOperation::Subtraction) => {
                 let cutters = &children[1..];
                 let is_body_painted =
                     self.underlay.is_some() || child_coverage(&children[0]) != Coverage::None;
-                let is_mixed = cutters
-                    .iter()
-                    .any(|id| child_coverage(id) == Coverage::None)
-                    && cutters
+                let is_later_cut = is_cut(&children[0])
+                    || cutters
                         .iter()
                         .any(|id| child_coverage(id) != Coverage::None);
-                is_body_painted && (is_mixed || cutters.iter().any(is_partial))
+                is_body_painted && cutters.iter().any(is_partial)
+                    || is_later_cut && cutters.iter().any(is_unpainted)
             }
             Some(SetOperation::Union) | None => false,
         }
@@ -124,21 +146,23 @@ impl Lowering<'_> {
         let first = self.shape(children[0], first_point, value_use);
         let mut painted_values = vec![first];
         if op.row().facts.set == Some(SetOperation::Subtraction) {
+            let underlay = self.uncut(children[0], first, first_point, value_use);
             for &child in &children[1..] {
-                painted_values.push(self.shape_over(Some(first), child, other_point, value_use));
+                painted_values.push(self.shape_over(Some(underlay), child, other_point, value_use));
             }
         } else {
             for (number, &child) in children.iter().enumerate().skip(1) {
                 painted_values.push(self.shape(child, operand_point(number), value_use));
             }
-            let without_underlay = painted_values.clone();
+            let mut underlays = painted_values.clone();
+            for (number, &child) in children.iter().enumerate() {
+                let node = underlays[number];
+                underlays[number] = self.uncut(child, node, operand_point(number), value_use);
+            }
             for (number, &child) in children.iter().enumerate() {
                 let is_painted = |&other: &usize| coverage(self, other) != Coverage::None;
                 let others = (0..children.len()).filter(|&other| other != number);
-                let others: Vec<_> = others
-                    .filter(is_painted)
-                    .map(|i| without_underlay[i])
-                    .collect();
+                let others: Vec<_> = others.filter(is_painted).map(|i| underlays[i]).collect();
                 if !others.is_empty() && coverage(self, number) != Coverage::Full {
                     let underlay = chain(self, &others);
                     painted_values[number] =
@@ -148,6 +172,24 @@ impl Lowering<'_> {
         }
         self.doublings -= 1;
         chain(self, &painted_values)
+    }
+
+    /// Returns the value of a body without its cutters, whose paint shows where others cut it; `node` is the value with
+    /// them.
+    fn uncut(
+        &mut self,
+        id: ShapeId,
+        node: NodeId,
+        local_point: LocalPoint,
+        value_use: ValueUse,
+    ) -> NodeId {
+        if !self.has_painted_cutters[id.0 as usize] {
+            return node;
+        }
+        let outer = std::mem::replace(&mut self.is_uncut, true);
+        let uncut = self.shape(id, local_point, value_use);
+        self.is_uncut = outer;
+        uncut
     }
 
     /// Lowers a shape over an underlay.

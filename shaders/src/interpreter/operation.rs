@@ -258,8 +258,7 @@ pub(super) fn operation_case(
                 if rule == MaterialRule::Mixed {
                     // The point is fixed: only the weights of the operands are needed.
                     let fixed_point = "DualPoint(q.p, vec3f(), vec3f(), vec3f())";
-                    let [tie, second] = tie_signs(op);
-                    let first = format!("first_seed(a, b * {second:.1}, tie * {tie:.1})");
+                    let first = first_seed(op);
                     let seeds = [&*first, "vec4f(0.0, 1.0, 0.0, b.w)", ""];
                     let _ = write!(body, " weights = {};", call(fixed_point, seeds));
                 }
@@ -408,6 +407,12 @@ pub(super) fn emit_blends(
             ),
         );
     }
+}
+
+/// Returns the seed of the first operand of an operation, which is visible where faces coincide.
+fn first_seed(op: Op) -> String {
+    let [tie, second] = tie_signs(op);
+    format!("first_seed(a, b * {second:.1}, tie * {tie:.1})")
 }
 
 /// Emits the material of a blend: a mix of both operands', weighted by the blend's derivatives.

@@ -5,16 +5,24 @@ use super::point::Point;
 use super::tree::{NodeKind, ShapeTree, TreeNodeId};
 use sdfc_compiler::scene::MaterialId;
 
+/// Rules by which a material is read.
+#[derive(Clone, Copy)]
+pub(super) struct MaterialRules {
+    /// Largest difference of operand values that counts as equal. The first of equal operands counts.
+    pub(super) tolerance: f64,
+    /// Set if cutters are ignored: a later cut bares the body, and not the faces of earlier cuts.
+    pub(super) is_uncut: bool,
+}
+
 impl ShapeTree {
     /// Returns the material of a shape at a point, if one is assigned.
-    ///
-    /// The first of the operands whose values differ by at most `tolerance` counts.
     pub(super) fn material_at(
         &self,
         id: TreeNodeId,
         p: Point,
-        tolerance: f64,
+        rules: MaterialRules,
     ) -> Option<MaterialId> {
+        let tolerance = rules.tolerance;
         let node = self.node(id);
         if !node.has_material {
             return None;
@@ -31,24 +39,31 @@ impl ShapeTree {
                     !is_far && self.value(child, p) <= min_value + tolerance
                 };
                 let nearest = children.iter().find(is_near)?;
-                self.material_at(*nearest, p, tolerance)
+                self.material_at(*nearest, p, rules)
             }
+            NodeKind::Combine {
+                set_op: SetOp::Subtraction(_),
+                children,
+            } if rules.is_uncut => self.material_at(children[0], p, rules),
             NodeKind::Combine { set_op, children } => {
-                self.combined_material(*set_op, children, p, tolerance)
+                self.combined_material(*set_op, children, p, rules)
             }
             NodeKind::CopyGrid(child, grid) => {
                 let bounds = &self.node(*child).bounds;
                 let q = self.nearest_copy(*child, |visit| grid.for_each_copy(bounds, p, visit));
-                self.material_at(*child, q.unwrap_or(p), tolerance)
+                self.material_at(*child, q.unwrap_or(p), rules)
             }
             NodeKind::CopyRing(child, ring) => {
                 let bounds = &self.node(*child).bounds;
                 let q = self.nearest_copy(*child, |visit| ring.for_each_copy(bounds, p, visit));
-                self.material_at(*child, q.unwrap_or(p), tolerance)
+                self.material_at(*child, q.unwrap_or(p), rules)
             }
             NodeKind::Frame { child, scale, .. } => {
-                let tolerance = tolerance / scale.abs().max(f64::MIN_POSITIVE);
-                self.material_at(*child, self.child_point(node, p), tolerance)
+                let rules = MaterialRules {
+                    tolerance: tolerance / scale.abs().max(f64::MIN_POSITIVE),
+                    ..rules
+                };
+                self.material_at(*child, self.child_point(node, p), rules)
             }
             NodeKind::Mirror(child, _)
             | NodeKind::Twist(child, _)
@@ -67,7 +82,7 @@ impl ShapeTree {
             | NodeKind::Scale(child, _)
             | NodeKind::Warp(child, _)
             | NodeKind::Displace(child, _) => {
-                self.material_at(*child, self.child_point(node, p), tolerance)
+                self.material_at(*child, self.child_point(node, p), rules)
             }
             NodeKind::Leaf(_) | NodeKind::Field(_) | NodeKind::Nothing => None,
         }
@@ -100,8 +115,9 @@ impl ShapeTree {
         set_op: SetOp,
         children: &[TreeNodeId],
         p: Point,
-        tolerance: f64,
+        rules: MaterialRules,
     ) -> Option<MaterialId> {
+        let tolerance = rules.tolerance;
         // The operand with the smallest rank is visible.
         let depth_rank = |index: usize, child: TreeNodeId| match set_op {
             SetOp::Union(_) => self.value(child, p),
@@ -121,13 +137,20 @@ impl ShapeTree {
             }
             best.map(|(index, _)| index)
         };
-        let material_at = |index: usize| self.material_at(children[index], p, tolerance);
+        let material_at = |index: usize| self.material_at(children[index], p, rules);
+        let uncut_material_at = |index: usize| {
+            let rules = MaterialRules {
+                is_uncut: true,
+                ..rules
+            };
+            self.material_at(children[index], p, rules)
+        };
         let front = nearest(&|_| false)?;
         material_at(front).or_else(|| match set_op {
-            SetOp::Subtraction(_) => material_at(0),
+            SetOp::Subtraction(_) => uncut_material_at(0),
             SetOp::Intersection(_) => {
                 let is_other = |index| index != front && self.node(children[index]).has_material;
-                nearest(&|index| !is_other(index)).and_then(material_at)
+                nearest(&|index| !is_other(index)).and_then(uncut_material_at)
             }
             SetOp::Union(_) | SetOp::Xor | SetOp::Morph(_) => None,
         })

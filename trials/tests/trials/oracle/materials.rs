@@ -253,6 +253,12 @@ fn engines_show_the_paints_of_cutters_painted_in_part() {
         format!("box(2) - ({hole} | {blue})"),
         format!("({red} - ({hole} | {blue})) | sphere(0.3)"),
         format!("{red} - ({hole} | {blue}).polar(3)"),
+        format!("({red} - {blue}) - {hole}"),
+        format!("({red} - {blue}).rotate(20deg, Y) - {hole}"),
+        format!("({red} - {blue}) & sphere(1.2)"),
+        format!("(({red} - {blue}) | sphere(0.2).translate(0, 1.1, 0)) - {hole}"),
+        format!("box(2) - {blue} - {hole}"),
+        format!("(box(2) - {blue}) - {hole}"),
     ] {
         let scene = scene(&format!("{materials}{text}"));
         failures.extend(find_differences(scene).map(|message| format!("{text}: {message}")));
