@@ -5,7 +5,7 @@ use crate::strangers::folders;
 use glam::DVec3;
 use sdfc_compiler::passes::PassOptions;
 use sdfc_runtime::engine::{EngineKind, SceneInput, open};
-use sdfc_runtime::render::{Image, Status};
+use sdfc_runtime::render::{Image, Mode, Status};
 use sdfc_runtime::settings::{Overrides, resolve};
 use sdfc_shaders::assemble::SceneSource;
 use std::ops::RangeInclusive;
@@ -69,6 +69,7 @@ fn open_cameras_frame_what_has_an_end() {
         let overrides = Overrides {
             size: Some(SIZE),
             aa: Some(1),
+            mode: Mode::Depth,
             ..Overrides::default()
         };
         let settings = resolve(module, &uniform_values, &overrides).expect("it has settings");

@@ -14,7 +14,7 @@ mod pairs;
 mod scene;
 mod shrink;
 
-use compare::{Picture, compare};
+use compare::{Differences, Picture, compare, compare_finely};
 use draw::{DrawOptions, draw};
 use scene::{Body, Head, Rewrite};
 use sdfc_compiler::passes::{PASSES, PassOptions};
@@ -26,6 +26,8 @@ use std::fmt::Write as _;
 
 /// Size of the pictures.
 const SIZE: [u32; 2] = [64, 48];
+/// Factor of the size of finer pictures, which show what is narrower than a pixel.
+const FINE_SCALE: u32 = 4;
 /// Number of random scenes in an ordinary run, and their cost relative to a damaged text.
 const SCENES: u64 = 60;
 const COST: u64 = 1000;
@@ -151,7 +153,27 @@ fn difference(
         Ok(picture) => picture,
         Err(errors) => return Some(errors),
     };
-    let mismatch = compare(base, &other);
+    let mut mismatch = compare(base, &other);
+    if mismatch.count() > 0 {
+        let plain = scene::text(head, body, Rewrite::Plain);
+        let fine_base = draw_finely(engine, &plain, &plain_options());
+        let fine_other = draw_finely(engine, &text, &variant.options);
+        mismatch = compare_finely([base, &other], [&fine_base, &fine_other]);
+    }
+    described(&mismatch, base, &other)
+}
+
+/// Draws a text in the size of finer pictures.
+fn draw_finely(engine: &mut dyn Engine, text: &str, options: &DrawOptions) -> Picture {
+    let options = DrawOptions {
+        size: options.size.map(|pixels| pixels * FINE_SCALE),
+        ..options.clone()
+    };
+    draw(engine, text, &options).unwrap_or_else(|errors| panic!("{errors}"))
+}
+
+/// Describes the differences of a picture from the first one, if there are any.
+fn described(mismatch: &Differences, base: &Picture, other: &Picture) -> Option<String> {
     (mismatch.count() > 0 || other.lost > base.lost).then(|| {
         format!(
             "{mismatch:?}, {} rays lost, {} before",
@@ -222,8 +244,8 @@ fn a_picture_does_not_depend_on_the_engine() {
         let mut report = String::new();
         for (kind, picture) in &pictures[1..] {
             let mismatch = compare(&pictures[0].1, picture);
-            if mismatch.count() > 0 || picture.lost > pictures[0].1.lost {
-                _ = writeln!(report, "{kind}: {mismatch:?}, {} rays lost", picture.lost);
+            if let Some(description) = described(&mismatch, &pictures[0].1, picture) {
+                _ = writeln!(report, "{kind}: {description}");
             }
         }
         assert!(report.is_empty(), "\n{report}");

@@ -10,7 +10,8 @@ use crate::blend::BlendKernel;
 use crate::dual::{Dual, DualVec3};
 use crate::lanes::{F32x64, LANES, LaneNumber};
 use crate::multiversion;
-use crate::real::Real;
+use crate::real::{Real, Vector3, lit};
+use crate::record::{RecordedFunction, Scalar, record};
 use crate::row::SetOperation;
 use crate::table::Op;
 use crate::vector::V3;
@@ -38,11 +39,50 @@ pub fn tie_signs(op: Op) -> [f64; 2] {
     }
 }
 
-/// Returns two duals, seeded with the first and the second unit vector as their gradients.
+/// Returns the value of the first operand that decides which of two operands is visible. Both come with their
+/// gradients, the second one multiplied by its sign.
 ///
 /// Two faces coincide if they look to the same side and differ by less than the tie distance `tie`. Distances to faces
 /// are values divided by slopes, so that points need not be on the surface. Of coincident faces the first
-/// one is visible: its value becomes the second one's, less a tie. The second operand is multiplied by `sign`.
+/// one is visible: its value becomes the second one's, less a tie.
+#[inline(always)]
+fn first_value<R: Real>(
+    first_gradient: R::Vec3,
+    first: R,
+    second_gradient: R::Vec3,
+    second: R,
+    tie: R,
+) -> R {
+    let slope = |gradient: R::Vec3| gradient.abs().max_component();
+    let first_slope = slope(first_gradient).named("first_slope");
+    let second_slope = slope(second_gradient).named("second_slope");
+    // Not `dot`, whose sum has no order in WGSL.
+    let products = first_gradient * second_gradient;
+    let alignment = products.x() + products.y() + products.z();
+    let gap = (first * second_slope - second * first_slope).abs();
+    let looks_alike = lit::<R>(0.0).less(alignment);
+    let coincide = R::and(
+        looks_alike,
+        gap.less(tie.abs() * first_slope * second_slope),
+    );
+    R::select(coincide, second - tie * second_slope, first)
+}
+
+/// Records [`first_value`].
+pub(crate) fn record_first_value() -> RecordedFunction {
+    record("first_value", |s| {
+        first_value::<Scalar>(
+            s.parameter("first_gradient"),
+            s.parameter("first"),
+            s.parameter("second_gradient"),
+            s.parameter("second"),
+            s.parameter("tie"),
+        )
+    })
+}
+
+/// Returns two duals, seeded with the first and the second unit vector as their gradients. The second operand
+/// is multiplied by `sign` to compare it with the first.
 #[inline(always)]
 fn operand_duals(
     a: [&F32x64; 4],
@@ -50,24 +90,13 @@ fn operand_duals(
     lane: usize,
     [tie, sign]: [f32; 2],
 ) -> [Dual<f32>; 2] {
-    let slope = |operand: [&F32x64; 4]| {
-        let component = |axis: usize| operand[axis].0[lane].abs();
-        component(0).max(component(1)).max(component(2))
-    };
-    let product = |axis: usize| a[axis].0[lane] * b[axis].0[lane];
-    let alignment = (product(0) + product(1) + product(2)) * sign;
-    let (first_slope, second_slope) = (slope(a), slope(b));
+    let gradient =
+        |operand: [&F32x64; 4]| V3::new(operand[0].0[lane], operand[1].0[lane], operand[2].0[lane]);
     let (first, second) = (a[3].0[lane], b[3].0[lane]);
-    let combined_second = second * sign;
-    let gap = (first * second_slope - combined_second * first_slope).abs();
-    let coincide = alignment > 0.0 && gap < tie.abs() * first_slope * second_slope;
+    let second_gradient = gradient(b) * sign;
     [
         Dual {
-            value: if coincide {
-                combined_second - tie * second_slope
-            } else {
-                first
-            },
+            value: first_value(gradient(a), first, second_gradient, second * sign, tie),
             gradient: V3::new(1.0, 0.0, 0.0),
         },
         Dual {
@@ -146,17 +175,10 @@ fn blend_weights_body(
 }
 
 /// WGSL of the mixed materials of a blend. `weights` is the blend's value with the derivatives with respect to its two
-/// operands in x and y. The second operand of `first_seed` is multiplied by its sign.
-pub(crate) const MIXED_SURFACE_WGSL: &str = "fn max_slope(a: vec4f) -> f32 {
-    return max(max(abs(a.x), abs(a.y)), abs(a.z));
-}
-
-fn first_seed(a: vec4f, b: vec4f, tie: f32) -> vec4f {
-    let slopes = vec2f(max_slope(a), max_slope(b));
-    let gap = abs(a.w * slopes.y - b.w * slopes.x);
-    let products = a.xyz * b.xyz;
-    let coincide = products.x + products.y + products.z > 0.0 && gap < abs(tie) * slopes.x * slopes.y;
-    return vec4f(1.0, 0.0, 0.0, select(a.w, b.w - tie * slopes.y, coincide));
+/// operands in x and y. The second operand of `first_seed` is multiplied by its sign. It calls
+/// [`record_first_value`].
+pub(crate) const MIXED_SURFACE_WGSL: &str = "fn first_seed(a: vec4f, b: vec4f, tie: f32) -> vec4f {
+    return vec4f(1.0, 0.0, 0.0, first_value(a.xyz, a.w, b.xyz, b.w, tie));
 }
 
 fn mixed_surface(a: Surface, b: Surface, weights: vec4f) -> Surface {

@@ -6,7 +6,7 @@ use crate::apply::{record_gradient, record_interval, record_value};
 use crate::blend::BlendKernel;
 use crate::dual::Dual;
 use crate::guard::influence_margin_sq;
-use crate::material_weights::MIXED_SURFACE_WGSL;
+use crate::material_weights::{MIXED_SURFACE_WGSL, record_first_value};
 use crate::prelude;
 use crate::record::{
     BOX_POINT, DUAL_POINT, RecordedFunction, RecordedInterval, Scalar, Vec3, record,
@@ -69,6 +69,7 @@ impl WgslLibrary {
                     .map(|&kernel| record_blend_interval(kernel)),
             );
         let others = [
+            self.mixed_surface.then(record_first_value),
             self.guard.then(record_guard),
             self.moved_interval.then(record_moved_interval),
             self.mapped_interval.then(record_mapped_interval),

@@ -2,7 +2,8 @@
 //!
 //! Away from edges, pixels must agree. At an edge of either picture, a pixel may show the other side of
 //! the edge. So its content must be found nearby in the other picture. A ring or speckle in one picture
-//! alone is therefore an error, although it creates edges of its own.
+//! alone is therefore an error, although it creates edges of its own. What is narrower than a pixel is
+//! looked for in finer pictures of both scenes.
 
 use glam::Vec3;
 use sdfc_runtime::render::Image;
@@ -110,9 +111,13 @@ impl Picture {
         self.is_hit(a) && ((s - t).abs() > MIN_DEPTH_STEP * s.min(t) || cosine < MIN_CREASE_COSINE)
     }
 
-    /// Reports whether a pixel of another picture is found near its position in this one.
+    /// Reports whether a pixel of another picture is found near its position in this one. This picture is
+    /// as large as the other one, or larger by an integer factor.
     fn shows_nearby(&self, other: &Self, pixel: usize) -> bool {
-        let neighbourhood = || self.neighbours(pixel, EDGE_REACH);
+        let scale = self.width / other.width;
+        let (x, y) = (pixel % other.width, pixel / other.width);
+        let [x, y] = [x, y].map(|coordinate| coordinate * scale + scale / 2);
+        let neighbourhood = || self.neighbours(y * self.width + x, EDGE_REACH * scale);
         let color = other.color(pixel);
         neighbourhood().any(|neighbour| self.is_hit(neighbour) == other.is_hit(pixel))
             && (0..3).all(|channel| {
@@ -138,6 +143,15 @@ fn difference(a: [u8; 3], b: [u8; 3]) -> u8 {
 
 /// Compares two pictures of the same size.
 pub(crate) fn compare(a: &Picture, b: &Picture) -> Differences {
+    compare_finely([a, b], [a, b])
+}
+
+/// Compares two pictures of the same size. What one shows at an edge is looked for in the finer picture of
+/// the other scene.
+pub(crate) fn compare_finely(
+    [a, b]: [&Picture; 2],
+    [fine_a, fine_b]: [&Picture; 2],
+) -> Differences {
     let mut differences = Differences::default();
     for pixel in 0..a.depth.len() {
         let color_difference = difference(a.color(pixel), b.color(pixel));
@@ -149,8 +163,8 @@ pub(crate) fn compare(a: &Picture, b: &Picture) -> Differences {
             continue;
         }
         if (a.edges[pixel] || b.edges[pixel])
-            && a.shows_nearby(b, pixel)
-            && b.shows_nearby(a, pixel)
+            && fine_a.shows_nearby(b, pixel)
+            && fine_b.shows_nearby(a, pixel)
         {
             continue;
         }
