@@ -473,6 +473,25 @@ impl ShapeBounds {
                 children,
                 ..
             } => self.sublevel_hull(scene, children, level),
+            ShapeKind::Frame {
+                child,
+                matrix,
+                scale,
+            } if !self.holds_for_all_params
+                || !matrix
+                    .iter()
+                    .chain([scale])
+                    .any(|&n| self.is_live(scene, n)) =>
+            {
+                let (matrix, scale) = (self.numbers(scene, matrix), self.number(scene, *scale));
+                let inner_level = level / scale;
+                match inverse(&matrix) {
+                    Some(rows) if scale > 0.0 && inner_level.is_finite() => self
+                        .sublevel_bounds(scene, *child, inner_level)
+                        .mapped(&rows),
+                    _ => self.searched_sublevel(scene, id, level, &Bounds::ALL_SPACE),
+                }
+            }
             _ if level < 0.0 => self
                 .searched_sublevel(scene, id, level, &bounds)
                 .intersection(&bounds),

@@ -67,6 +67,11 @@ impl<'s, 'u> ShapeRange<'s, 'u> {
                     let corners = [a[0], a[1], b[0], b[1]];
                     value = self.apply(Op::PolygonEdge, p, &[value], &corners);
                 }
+                let distance = self.distance_to_box_of(points, p);
+                if distance > 0.0 {
+                    // Over unbounded boxes the edges alone bound nothing.
+                    value.lo = value.lo.max(distance);
+                }
                 value
             }
             ShapeKind::Combine {
@@ -146,6 +151,23 @@ impl<'s, 'u> ShapeRange<'s, 'u> {
                 value + self.number(*amount, p)
             }
         }
+    }
+
+    /// Returns the least distance of a box from the bounding box of polygon corners.
+    fn distance_to_box_of(&mut self, points: &[[ExprId; 2]], p: IntervalPoint) -> f64 {
+        let mut gap = |axis: usize, coordinate: Interval| {
+            let corners = points.iter().map(|point| self.uniform(point[axis]));
+            let side = corners
+                .reduce(|a, b| Interval {
+                    lo: a.lo.min(b.lo),
+                    hi: a.hi.max(b.hi),
+                })
+                .unwrap_or(Interval::ALL);
+            (side.lo - coordinate.hi)
+                .max(coordinate.lo - side.hi)
+                .max(0.0)
+        };
+        gap(0, p.x).hypot(gap(1, p.y)) * (1.0 - 4.0 * f64::EPSILON)
     }
 
     /// Returns the point in the frame of another copy of a repetition.

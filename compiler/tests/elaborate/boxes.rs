@@ -227,3 +227,45 @@ fn a_box_is_computed_at_the_current_values() {
         "{space:?}"
     );
 }
+
+/// Bounds follow groups that are moved, rotated or scaled, where only a search finds their size.
+#[test]
+fn boxes_of_blends_follow_moved_groups() {
+    let polygon = "polygon([[-0.4, -0.3], [0.4, -0.3], [0.1, 0], [0.3, 0.4]]).extrude(0.3)";
+    let field = "field(fn(p) => p.x * p.x + 2 * p.y * p.y + p.z * p.z * p.z * p.z - 0.2)";
+    let displaced = "sphere(0.4).displace(fn(p) => 0.05 * sin(9 * p.x))";
+    let mut failures = Vec::new();
+    for group in [
+        format!("({polygon} | {field})"),
+        format!("union([{polygon}, {field}, {displaced}])"),
+        format!("({field} & {polygon})"),
+        format!("({field} - {polygon})"),
+        format!("({polygon} |[0.1] {field})"),
+    ] {
+        for (map, scale, shift) in [
+            (".translate(3, 0, 0)", 1.0, 3.0),
+            (".rotate(90deg, X).rotate(270deg, X)", 1.0, 0.0),
+            (".scale(0.5).translate(3, 0, 0)", 0.5, 3.0),
+        ] {
+            let other = "|[circular, 0.2] sphere(0.2)";
+            let bounds = |text: &str| {
+                let scene = crate::scene_with(text, &[]);
+                let (compiled, diagnostics) = compile(scene, &Options::default());
+                let compiled = compiled.unwrap_or_else(|| panic!("{text}: {diagnostics:?}"));
+                compiled.module.settings.bounds
+            };
+            let plain = bounds(&group);
+            let moved = bounds(&format!("{group}{map} {other}"));
+            // The other operand is smaller and grows the box by less than half of its width.
+            for axis in 0..3 {
+                let shift = if axis == 0 { shift } else { 0.0 };
+                let low = (plain.min[axis] * scale + shift).min(-0.2) - 0.3;
+                let high = (plain.max[axis] * scale + shift).max(0.2) + 0.3;
+                if !(moved.min[axis] >= low && moved.max[axis] <= high) {
+                    failures.push(format!("{group}{map} {other}: {moved:?}, alone {plain:?}"));
+                }
+            }
+        }
+    }
+    assert!(failures.is_empty(), "{}", failures.join("\n"));
+}
