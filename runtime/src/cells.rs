@@ -270,6 +270,11 @@ impl Cells {
             + self.nodes.len() * size_of::<CellNode>()
             + self.clause_count() * size_of::<Clause>()
     }
+    /// Returns the number of clauses of the tapes of all cells that were split.
+    pub(crate) fn split_clauses(&self) -> u64 {
+        let lengths = self.nodes.iter().map(|node| self.tape(node.cell).len());
+        lengths.sum::<usize>() as u64
+    }
     /// Returns the mean, over all leaves, of the remaining fraction of the work of finding a surface. In a
     /// leaf it is the tape's length over that of the full tape, times the leaf's slope bound.
     pub fn mean_work_fraction(&self) -> f32 {

@@ -6,6 +6,7 @@
 //! evaluation has 64 points.
 
 mod beam;
+mod cell_trial;
 mod debug_views;
 pub(crate) mod engine;
 mod leaf_bins;
@@ -22,9 +23,11 @@ mod shadow;
 mod tile;
 mod tile_stages;
 
+use crate::cells::policy::PacketCells;
 use crate::cells::{Aabb, Cells};
 pub use crate::render::FieldFacts;
 use crate::render::{Geometry, Image, PixelPlane, RenderJob, RenderProgress, Samples};
+pub use cell_trial::{CellLayout, CellTrial};
 use sdfc_shaders::layout;
 pub use sdfc_vm::lanes::{F32x64, LANES, Points};
 pub use sdfc_vm::surface::SurfaceBlock;
@@ -34,8 +37,21 @@ use std::sync::Arc;
 pub trait RenderField: Sync {
     /// Returns the properties of the field besides its values.
     fn facts(&self) -> FieldFacts;
-    /// Returns the cells for a picture, if they are profitable.
-    fn cells(&self, _job: &RenderJob) -> Option<Arc<Cells>> {
+    /// Returns when packets of rays march through cells.
+    fn packet_cells(&self, _job: &RenderJob) -> PacketCells {
+        PacketCells::Never
+    }
+    /// Reports whether the tapes of cells are so much shorter, and their slopes so much less, that cells are
+    /// profitable for all rays.
+    fn is_pruning_profitable(&self, _job: &RenderJob) -> bool {
+        false
+    }
+    /// Returns the result of a trial of cells.
+    fn cell_trial(&self) -> Option<&CellTrial> {
+        None
+    }
+    /// Returns the cells for a picture, unless there is nothing to see.
+    fn cells(&self, _job: &RenderJob, _layout: CellLayout) -> Option<Arc<Cells>> {
         None
     }
     /// Returns the field at every pixel of a plane, as [`plane_quadtree::sample`] does, if that is profitable.
@@ -64,6 +80,9 @@ pub type AabbLanes = [F32x64; 6];
 
 /// Lower and upper bounds.
 pub type RangeLanes = [F32x64; 2];
+
+/// Bounds of the three components of gradients, and of values.
+pub type GradientRangeLanes = [RangeLanes; 4];
 
 /// Evaluates a field at 64 points at once. Only the first `count` points are used; the others are copies of
 /// one of them.
@@ -107,6 +126,21 @@ pub trait Evaluator {
         _out: &mut RangeLanes,
     ) -> bool {
         false
+    }
+    /// Computes bounds of the gradient, in the first three columns, and of the distance in boxes that all lie
+    /// in one cell. Returns `false` if none are available.
+    fn gradient_ranges_in_cell(
+        &mut self,
+        _cell: u32,
+        _boxes: &AabbLanes,
+        _count: usize,
+        _out: &mut GradientRangeLanes,
+    ) -> bool {
+        false
+    }
+    /// Returns the work of all evaluations for marches so far, in units of [`cell_trial`].
+    fn work(&self) -> u64 {
+        0
     }
     /// Reports whether the field is written with coordinates: bounds along a ray are then far tighter than
     /// those of a whole cell.
@@ -158,7 +192,8 @@ pub trait Evaluator {
 
 /// Computes the surface at each pixel of a picture's first sample, without light and colours.
 pub fn geometry(field: &dyn RenderField, job: &RenderJob) -> Geometry {
-    tile_stages::geometry(field, job)
+    let traversal = cell_trial::traversal_for_job(field, job);
+    tile_stages::geometry(field, job, traversal.as_ref())
 }
 
 /// Renders a picture. Returns `None` if `progress`, which is called after each tile, stops it.
@@ -178,5 +213,6 @@ pub fn render_samples(
     samples: Samples<'_>,
     progress: &dyn RenderProgress,
 ) -> Option<Image> {
-    tile_stages::render(field, job, samples, progress)
+    let traversal = cell_trial::traversal_for_job(field, job);
+    tile_stages::render(field, job, traversal.as_ref(), samples, progress)
 }

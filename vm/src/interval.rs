@@ -52,8 +52,10 @@ pub trait Endpoint: Real<Bool = bool, Vec3 = V3<Self>> + PartialOrd + std::fmt::
     fn up(self) -> Self;
     /// Returns the largest error of the sine, cosine and angle for arguments up to `magnitude`.
     fn trigonometric_error(magnitude: Self) -> Self;
-    /// Returns the largest error of an exponential or logarithm with this result.
+    /// Returns the largest error of an exponential with this result.
     fn exponential_error(result: Self) -> Self;
+    /// Returns the largest error of a logarithm with this result.
+    fn logarithm_error(result: Self) -> Self;
     /// Returns the largest error of a distance that is computed from coordinates and lengths up to `size`
     /// in a few dozen operations.
     fn distance_error(size: Self) -> Self;
@@ -81,6 +83,10 @@ impl Endpoint for f64 {
     }
     #[inline(always)]
     fn exponential_error(result: Self) -> Self {
+        f64::abs(result) * 1e-15
+    }
+    #[inline(always)]
+    fn logarithm_error(result: Self) -> Self {
         f64::abs(result) * 1e-15
     }
     #[inline(always)]
@@ -121,6 +127,12 @@ impl Endpoint for f32 {
     }
     #[inline(always)]
     fn exponential_error(result: Self) -> Self {
+        // A fixed error would hide the sign of fields that decay. The least normal number covers results that
+        // are flushed to zero.
+        f32::abs(result) * 2e-6 + f32::MIN_POSITIVE
+    }
+    #[inline(always)]
+    fn logarithm_error(result: Self) -> Self {
         f32::abs(result) * 2e-6 + 1e-6
     }
     #[inline(always)]
@@ -279,15 +291,15 @@ impl<E: Endpoint> GenericInterval<E> {
             hi: E::select(is_valid, hi.up(), E::INFINITY),
         }
     }
-    /// Evaluates a monotonically increasing elementary function, widened by its error.
+    /// Evaluates a monotonically increasing elementary function, widened by its error at each end.
     #[inline(always)]
-    fn increasing(self, f: impl Fn(E) -> E) -> Self {
+    fn increasing(self, f: impl Fn(E) -> E, error: impl Fn(E) -> E) -> Self {
         // Infinite results are clamped; otherwise their error would be infinite as well.
         let (lo, hi) = (
             f(self.lo).min(lit(NEAR_OVERFLOW)),
             f(self.hi).max(lit(-NEAR_OVERFLOW)),
         );
-        Self::widened(lo - E::exponential_error(lo), hi + E::exponential_error(hi))
+        Self::widened(lo - error(lo), hi + error(hi))
     }
     /// Returns the range of a wave over this interval of radians. The wave is a sine or cosine `f` whose
     /// maxima are at `crest` and every full turn from there.

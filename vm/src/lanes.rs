@@ -6,7 +6,7 @@
 
 mod loops;
 
-pub use loops::{bits, with_identity_jacobian};
+pub use loops::{bits, with_identity_jacobian, with_identity_jacobian_of_boxes};
 
 use crate::blend::BlendKernel;
 use crate::real::Real;

@@ -51,8 +51,12 @@ const ROW_ERROR: f64 = 1.3e-6;
 /// are twice those in [`crate::interval`].
 const TRIGONOMETRIC_ERRORS: [f64; 2] = [2e-6, 4e-7];
 
-/// Errors of exponential and logarithm: an absolute and a relative one.
-const EXPONENTIAL_ERRORS: [f64; 2] = [2e-6, 4e-6];
+/// Errors of the exponential: an absolute and a relative one. The absolute one covers results that are flushed to
+/// zero.
+const EXPONENTIAL_ERRORS: [f64; 2] = [2.4e-38, 4e-6];
+
+/// Errors of the logarithm: an absolute and a relative one.
+const LOGARITHM_ERRORS: [f64; 2] = [2e-6, 4e-6];
 
 /// The absolute error of noise.
 const NOISE_ERROR: f64 = 2e-5;
@@ -327,7 +331,7 @@ pub fn atan2<R: Real>(y: WgslInterval<R>, x: WgslInterval<R>) -> WgslInterval<R>
 
 /// Returns two to the power of the number.
 pub fn exp2<R: Real>(a: WgslInterval<R>) -> WgslInterval<R> {
-    let power = increasing(a, R::exp2);
+    let power = increasing(a, R::exp2, EXPONENTIAL_ERRORS);
     WgslInterval {
         low: power.low.max(lit(0.0)),
         high: power.high,
@@ -336,16 +340,19 @@ pub fn exp2<R: Real>(a: WgslInterval<R>) -> WgslInterval<R> {
 
 /// Returns the logarithm to base two.
 pub fn log2<R: Real>(a: WgslInterval<R>) -> WgslInterval<R> {
-    let logarithm = increasing(a, R::log2);
+    let logarithm = increasing(a, R::log2, LOGARITHM_ERRORS);
     WgslInterval {
         low: logarithm.low,
         high: R::select(is_bounded(a.high), logarithm.high, lit(UNBOUNDED)),
     }
 }
 
-/// Evaluates an increasing function, widened by the errors of exponential and logarithm.
-fn increasing<R: Real>(a: WgslInterval<R>, f: fn(R) -> R) -> WgslInterval<R> {
-    let [least, relative_error] = EXPONENTIAL_ERRORS;
+/// Evaluates an increasing function, widened by an absolute and a relative error.
+fn increasing<R: Real>(
+    a: WgslInterval<R>,
+    f: fn(R) -> R,
+    [least, relative_error]: [f64; 2],
+) -> WgslInterval<R> {
     let by = |end: R| end.abs() * lit(relative_error) + lit(least);
     let (low, high) = (f(a.low), f(a.high));
     saturate_unbounded(low - by(low), high + by(high))

@@ -5,7 +5,7 @@ use super::{Aabb, CHILDREN, Cell, CellNode, CellSplit, Cells, EMPTY, FULL, LEAF,
 use crate::work_stealing::parallel_map_with;
 use sdfc_vm::dual::Dual;
 use sdfc_vm::interval::FloatInterval;
-use sdfc_vm::lanes::{F32x64, LANES};
+use sdfc_vm::lanes::{F32x64, LANES, with_identity_jacobian_of_boxes};
 use sdfc_vm::program::Program;
 use sdfc_vm::tape::evaluator::TapeEvaluator;
 use sdfc_vm::tape::lipschitz::{divides_raw, may_be_discontinuous};
@@ -471,13 +471,7 @@ impl<'a> Worker<'a> {
         boxes: &[F32x64; 6],
         count: usize,
     ) -> [SlopeAndGradient; LANES] {
-        let inputs = self.gradient.inputs_mut();
-        *inputs = <[[F32x64; 6]; 4]>::default();
-        inputs[0] = *boxes;
-        for axis in 0..3 {
-            inputs[axis + 1][axis] = F32x64([1.0; LANES]);
-            inputs[axis + 1][axis + 3] = F32x64([1.0; LANES]);
-        }
+        *self.gradient.inputs_mut() = with_identity_jacobian_of_boxes(boxes);
         let [x, y, z, _] = self.gradient.run(self.program, tape, count);
         std::array::from_fn(|lane| {
             let square = |[low, high]: &[F32x64; 2]| {

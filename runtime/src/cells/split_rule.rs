@@ -59,6 +59,15 @@ impl ScreenSpaceLeafLimit {
         }
     }
 
+    /// The limit of cells that are never split.
+    pub(crate) const WHOLE: Self = Self {
+        camera: [0.0; 3],
+        pixel_size: f32::INFINITY,
+        pixel_growth: 0.0,
+        max_leaf_pixels: f32::INFINITY,
+        max_side: f32::INFINITY,
+    };
+
     /// Multiplies these limits by `times`.
     pub(crate) fn coarsened(&self, times: f32) -> Self {
         Self {

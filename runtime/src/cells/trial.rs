@@ -1,6 +1,4 @@
-//! Decides by a trial whether cells are profitable for a scene whose slopes are not bounded. The trial runs
-//! with the first image that is large enough. Its result is kept as long as edits do not change the
-//! instructions.
+//! Decides by a trial whether pruning in cells is profitable for a scene whose slopes are not bounded.
 //!
 //! Two numbers determine the savings of a ray in a cell. One is the fraction of the program that remains
 //! there. The other is the slope bound of the field there, since steps are longer by its reciprocal. The mean
@@ -21,7 +19,6 @@ use super::split_rule::ScreenSpaceLeafLimit;
 use super::{CellSpec, Cells, build};
 use sdfc_vm::program::Program;
 use sdfc_vm::tape::Tape;
-use std::sync::OnceLock;
 
 /// Largest remaining fraction of the work for which cells are used.
 const MAX_WORK_FRACTION: f32 = 0.25;
@@ -32,39 +29,27 @@ const TRIAL_COARSENING: f32 = 4.0;
 /// Largest remaining fraction of the work in that trial; fields with more are rejected.
 const MAX_COARSE_WORK_FRACTION: f32 = 0.3;
 
-/// Result of the trial, once it is known.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct CellTrial(OnceLock<bool>);
-
-impl CellTrial {
-    /// Reports whether cells are worth building, at least for the trial.
-    pub(crate) fn should_build_cells(
-        &self,
-        program: &Program,
-        tape: &Tape,
-        spec: &CellSpec<'_>,
-        pixels: &ScreenSpaceLeafLimit,
-    ) -> bool {
-        if let Some(&cached) = self.0.get() {
-            return cached;
-        }
-        if !is_rough(program) {
-            return true;
-        }
-        let rule = &pixels.coarsened(TRIAL_COARSENING);
-        let trial = build(program, tape, &CellSpec { rule, ..*spec });
-        trial.mean_work_fraction() <= MAX_COARSE_WORK_FRACTION || *self.0.get_or_init(|| false)
+/// Reports whether cells may be profitable, by larger ones if the field is rough.
+pub(crate) fn should_build_cells(
+    program: &Program,
+    tape: &Tape,
+    spec: &CellSpec<'_>,
+    pixels: &ScreenSpaceLeafLimit,
+) -> bool {
+    if !is_rough(program) {
+        return true;
     }
+    let rule = &pixels.coarsened(TRIAL_COARSENING);
+    let trial = build(program, tape, &CellSpec { rule, ..*spec });
+    trial.mean_work_fraction() <= MAX_COARSE_WORK_FRACTION
+}
 
-    /// Reports whether these cells are profitable.
-    pub(crate) fn should_use_cells(&self, program: &Program, cells: &Cells) -> bool {
-        let max_fraction = if is_rough(program) {
-            MAX_ROUGH_WORK_FRACTION
-        } else {
-            MAX_WORK_FRACTION
-        };
-        *self
-            .0
-            .get_or_init(|| cells.mean_work_fraction() <= max_fraction)
-    }
+/// Reports whether these cells are profitable.
+pub(crate) fn should_use_cells(program: &Program, cells: &Cells) -> bool {
+    let max_fraction = if is_rough(program) {
+        MAX_ROUGH_WORK_FRACTION
+    } else {
+        MAX_WORK_FRACTION
+    };
+    cells.mean_work_fraction() <= max_fraction
 }

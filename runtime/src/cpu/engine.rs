@@ -1,14 +1,14 @@
 //! The CPU engine: programs on batches of 64 points, on all cores.
 
+use super::cell_trial::{GRADIENT_RANGE_WORK, RANGE_WORK, STEP_WORK, layout_for_job};
 use super::{
-    AabbLanes, Evaluator, F32x64, FieldQuantity, LANES, Points, RangeLanes, RenderField,
-    SurfaceBlock, morton, normal, plane_quadtree,
+    AabbLanes, CellLayout, CellTrial, Evaluator, F32x64, FieldQuantity, GradientRangeLanes, LANES,
+    Points, RangeLanes, RenderField, SurfaceBlock, morton, normal, plane_quadtree,
 };
 use crate::cells::policy::{self, PacketCells};
 use crate::cells::split_rule::ScreenSpaceLeafLimit;
-use crate::cells::trial::CellTrial;
 use crate::cells::{
-    self, Aabb, CellInfo, CellSpec, CellSplit, Cells, MAX_BLOCKS, MortonKey, OnDemandCells,
+    self, Aabb, CellInfo, CellSpec, CellSplit, Cells, MAX_BLOCKS, MortonKey, OnDemandCells, trial,
 };
 use crate::engine::{Engine, EngineError, EngineKind, FieldSample, SceneInput};
 use crate::render::plane::plane_of;
@@ -20,7 +20,7 @@ use crate::settings::{default_material, field_facts};
 use rayon::prelude::*;
 use sdfc_vm::dual::Dual;
 use sdfc_vm::interval::FloatInterval;
-use sdfc_vm::lanes::with_identity_jacobian;
+use sdfc_vm::lanes::{with_identity_jacobian, with_identity_jacobian_of_boxes};
 use sdfc_vm::program::{Module, Program};
 use sdfc_vm::surface::{SURFACE_NUMBERS, SurfaceHook};
 use sdfc_vm::tape::evaluator::TapeEvaluator;
@@ -143,7 +143,7 @@ impl Engine for CpuEngine {
         if job.shows_plane() {
             return Ok(None);
         }
-        let cells = scene.cells(&job);
+        let cells = scene.cells(&job, layout_for_job(scene, &job));
         Ok(cells.map(|cells| points.par_iter().map(|&p| cells.info_at(p)).collect()))
     }
 
@@ -210,12 +210,29 @@ impl RenderField for CpuScene {
     fn facts(&self) -> FieldFacts {
         self.facts
     }
-    fn cells(&self, job: &RenderJob) -> Option<Arc<Cells>> {
-        let by_packets = PacketCells::for_job(job, &self.tape);
-        if by_packets == PacketCells::Never {
-            return None;
-        }
-        let is_trial = by_packets == PacketCells::Trial;
+    fn packet_cells(&self, job: &RenderJob) -> PacketCells {
+        PacketCells::for_job(job, &self.tape)
+    }
+    fn cell_trial(&self) -> Option<&CellTrial> {
+        Some(&self.cell_trial)
+    }
+    fn is_pruning_profitable(&self, job: &RenderJob) -> bool {
+        let Some((region, pixels)) = policy::raw_field_cells(&job.uniforms) else {
+            return false;
+        };
+        let spec = CellSpec {
+            region,
+            split: CellSplit::Volume,
+            band: 0.0,
+            rule: &pixels,
+        };
+        let program = &*self.distance;
+        trial::should_build_cells(program, &self.tape, &spec, &pixels)
+            && self
+                .cells(job, CellLayout::Fine)
+                .is_some_and(|cells| trial::should_use_cells(program, &cells))
+    }
+    fn cells(&self, job: &RenderJob, layout: CellLayout) -> Option<Arc<Cells>> {
         let frame = &job.uniforms;
         let (region, pixels) = match self.tape.lipschitz.is_bounded() {
             true => (
@@ -223,6 +240,11 @@ impl RenderField for CpuScene {
                 ScreenSpaceLeafLimit::from_uniforms(frame),
             ),
             false => policy::raw_field_cells(frame)?,
+        };
+        let pixels = match layout {
+            CellLayout::None => return None,
+            CellLayout::Whole => ScreenSpaceLeafLimit::WHOLE,
+            CellLayout::Fine => pixels,
         };
         let spec = CellSpec {
             region,
@@ -236,13 +258,6 @@ impl RenderField for CpuScene {
             .lock()
             .unwrap_or_else(PoisonError::into_inner);
         let reusable = cached_cells.take().filter(|last| last.pixels == pixels);
-        if is_trial
-            && !self
-                .cell_trial
-                .should_build_cells(new_program.0, new_program.1, &spec, &pixels)
-        {
-            return None;
-        }
         let previous_cells = reusable.as_ref().map(|last| Arc::as_ptr(&last.cells));
         let reusable = reusable.and_then(|last| {
             cells::rebuild_after_edit(&last.cells, (&last.program, &last.tape), new_program, &spec)
@@ -251,9 +266,6 @@ impl RenderField for CpuScene {
             reusable.as_ref().map(Arc::as_ptr) == previous_cells && previous_cells.is_some();
         let cells =
             reusable.unwrap_or_else(|| Arc::new(cells::build(new_program.0, new_program.1, &spec)));
-        if is_trial && !self.cell_trial.should_use_cells(new_program.0, &cells) {
-            return None;
-        }
         *cached_cells = Some(CachedCells {
             fresh: if is_unchanged {
                 0
@@ -290,7 +302,12 @@ impl RenderField for CpuScene {
 impl CpuScene {
     /// Returns the counts of the cells of the last image.
     fn cell_stats(&self, job: &RenderJob) -> CellStats {
-        if job.shows_plane() || PacketCells::for_job(job, &self.tape) == PacketCells::Never {
+        let has_cells = match PacketCells::for_job(job, &self.tape) {
+            PacketCells::Never => false,
+            PacketCells::Trial => !self.cell_trial.has_rejected_cells(),
+            PacketCells::Always => true,
+        };
+        if job.shows_plane() || !has_cells {
             return CellStats::default();
         }
         let cached_cells = self
@@ -323,10 +340,12 @@ impl CpuScene {
                 .and_then(|(tape, cells)| on_demand(tape, cells)),
             distance: None,
             range: None,
+            gradient_range: None,
             gradient: None,
             surface: None,
             distance_tapes: PrunedTapes::default(),
             surface_tapes: PrunedTapes::default(),
+            work: 0,
             selected_region: None,
         }
     }
@@ -344,10 +363,13 @@ struct CpuEvaluator<'a> {
     surface_on_demand: Option<OnDemandCells>,
     distance: Option<TapeEvaluator<f32>>,
     range: Option<TapeEvaluator<FloatInterval>>,
+    gradient_range: Option<TapeEvaluator<Dual<FloatInterval>>>,
     gradient: Option<TapeEvaluator<Dual<f32>>>,
     surface: Option<TapeEvaluator<Dual<f32>, SurfaceHook>>,
     distance_tapes: PrunedTapes,
     surface_tapes: PrunedTapes,
+    /// Work of evaluations for marches, in units of the trial of cells.
+    work: u64,
     /// Index of the announced box that contains all points.
     selected_region: Option<usize>,
 }
@@ -422,7 +444,26 @@ fn gather(points: &[Points], keys: &[MortonKey], to: &mut Points) {
     }
 }
 
+/// Returns the cost of a clause for a number of points: groups of four, and the fixed cost of three groups.
+fn chunks(count: usize) -> u64 {
+    2 * count.div_ceil(8) as u64 + 3
+}
+
+/// Returns the work of a step of `count` rays in a stream, which fills all lanes as long as there are rays.
+fn streamed_work(tape: &[Clause], count: usize) -> u64 {
+    step_work(tape, LANES) * count as u64 / LANES as u64
+}
+
+/// Returns the work of a step of `count` rays.
+fn step_work(tape: &[Clause], count: usize) -> u64 {
+    (STEP_WORK + tape.len() as u64) * chunks(count)
+}
+
 impl Evaluator for CpuEvaluator<'_> {
+    fn work(&self) -> u64 {
+        self.work
+    }
+
     fn distances(&mut self, points: &Points, count: usize, out: &mut F32x64) {
         if self.on_demand.is_some() && self.distance_tapes.get(self.selected_region).is_none() {
             let (points, out) = (std::slice::from_ref(points), std::slice::from_mut(out));
@@ -436,6 +477,7 @@ impl Evaluator for CpuEvaluator<'_> {
             .distance_tapes
             .get(self.selected_region)
             .unwrap_or(&tape.clauses);
+        self.work += streamed_work(clauses, count);
         tape_evaluator.inputs_mut().clone_from(points);
         out.clone_from(tape_evaluator.run(program, clauses, count));
     }
@@ -460,6 +502,7 @@ impl Evaluator for CpuEvaluator<'_> {
             .distance
             .get_or_insert_with(|| TapeEvaluator::new(tape.values, tape.points));
         on_demand.for_each_batch(program, points, count, |keys, clauses| {
+            self.work += streamed_work(clauses, keys.len());
             gather(points, keys, tape_evaluator.inputs_mut());
             let values = tape_evaluator.run(program, clauses, keys.len());
             for (value, key) in values.0.iter().zip(keys) {
@@ -482,6 +525,7 @@ impl Evaluator for CpuEvaluator<'_> {
         let tape_evaluator = self
             .distance
             .get_or_insert_with(|| TapeEvaluator::new(full_tape.values, full_tape.points));
+        self.work += step_work(tape, count);
         tape_evaluator.inputs_mut().clone_from(points);
         out.clone_from(tape_evaluator.run(&self.scene.distance, tape, count));
     }
@@ -500,8 +544,31 @@ impl Evaluator for CpuEvaluator<'_> {
         let tape_evaluator = self
             .range
             .get_or_insert_with(|| TapeEvaluator::new(full_tape.values, full_tape.points));
+        let tape = cells.tape(cell);
+        self.work += (STEP_WORK + RANGE_WORK * tape.len() as u64) * chunks(count);
         tape_evaluator.inputs_mut().clone_from(boxes);
-        out.clone_from(tape_evaluator.run(&self.scene.distance, cells.tape(cell), count));
+        out.clone_from(tape_evaluator.run(&self.scene.distance, tape, count));
+        true
+    }
+
+    fn gradient_ranges_in_cell(
+        &mut self,
+        cell: u32,
+        boxes: &AabbLanes,
+        count: usize,
+        out: &mut GradientRangeLanes,
+    ) -> bool {
+        let Some(cells) = self.cells else {
+            return false;
+        };
+        let full_tape = &self.scene.tape;
+        let tape_evaluator = self
+            .gradient_range
+            .get_or_insert_with(|| TapeEvaluator::new(full_tape.values, full_tape.points));
+        let tape = cells.tape(cell);
+        self.work += (STEP_WORK + GRADIENT_RANGE_WORK * tape.len() as u64) * chunks(count);
+        *tape_evaluator.inputs_mut() = with_identity_jacobian_of_boxes(boxes);
+        out.clone_from(tape_evaluator.run(&self.scene.distance, tape, count));
         true
     }
 

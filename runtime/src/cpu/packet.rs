@@ -19,11 +19,12 @@
 mod entry;
 mod interval_cull;
 mod refine_roots;
+mod segments;
 
 use super::leaf_bins::BinnedLeaf;
 use super::march::{next_point, outcome, step_lane, takes_probe};
 use super::ray_tasks::{ColumnChoice, Lanes, is_nan, lane_ray, lanes, store_point};
-use super::{AabbLanes, Evaluator, F32x64, LANES, Points, RangeLanes};
+use super::{AabbLanes, Evaluator, F32x64, GradientRangeLanes, LANES, Points, RangeLanes};
 use crate::cells::{Cell, Cells, Occupancy};
 use crate::render::ray::vector;
 use entry::{
@@ -38,6 +39,7 @@ use sdfc_vm::lanes::CHUNK;
 use sdfc_vm::multiversion;
 use sdfc_vm::real::Real;
 use sdfc_vm::vector::V3;
+use segments::leave_segments;
 
 /// Marks a ray that ended in no leaf.
 pub(super) const NO_LEAF: u32 = u32::MAX;
@@ -54,7 +56,7 @@ lanes! {
     /// Rays under way in a leaf.
     LeafRays {
         lane, origin_x, origin_y, origin_z, direction_x, direction_y, direction_z, exit_t,
-        t, field, step, trend, t_before, field_before, side, steps, outcome, slope, decrease_max, decrease_min,
+        t, field, step, trend, t_before, field_before, side, steps, outcome, slope, decrease_max, decrease_min, leaf_exit_t, segment, base_step, is_open,
     }
 }
 
@@ -81,6 +83,9 @@ pub(super) struct Marcher {
     entry_values: F32x64,
     boxes: AabbLanes,
     range: RangeLanes,
+    gradient_range: GradientRangeLanes,
+    /// Number of leaves that packets were tested against, and of those that were entered.
+    pub(super) visits: [u64; 2],
 }
 
 /// Reports whether all rays are parallel to an axis.
@@ -139,10 +144,12 @@ impl Marcher {
                 self.packet.clear_to = F32x64([f32::NEG_INFINITY; LANES]);
             }
             let crossings = intersect_box(&cell.region, &mut self.packet);
+            self.visits[0] += 1;
             if crossings.farthest < binned_leaf.min_ray_t {
                 break;
             }
             if crossings.lanes != 0 {
+                self.visits[1] += 1;
                 let leaf = (binned_leaf.cell, cell);
                 evaluations +=
                     self.march_leaf(frame, leaf, crossings.lanes, items, rays, evaluator);
@@ -237,6 +244,8 @@ impl Marcher {
             block.direction_y.0[count] = p.direction_y.0[lane];
             block.direction_z.0[count] = p.direction_z.0[lane];
             block.exit_t.0[count] = p.exit_t.0[lane];
+            block.leaf_exit_t.0[count] = p.exit_t.0[lane];
+            block.segment.0[count] = f32::INFINITY;
             block.t.0[count] = p.entry_t.0[lane];
             block.t_before.0[count] = p.entry_t.0[lane];
             block.side.0[count] = p.side.0[lane];
@@ -300,21 +309,37 @@ impl Marcher {
         let mut count = self.collect(remaining);
         bound_directions(cell, &mut self.leaf_rays);
         self.hit_count = 0;
+        let is_raw = evaluator.is_raw();
         let mut active = first_lanes(count);
-        let mut next_cull = match cell.gradient {
+        let first_check = match cell.gradient {
             Some(_) => INTERVAL_CULL_STEPS_WITH_GRADIENT,
             None => INTERVAL_CULL_STEPS,
         };
+        let mut next_cull = first_check;
         for steps in 1.. {
-            let remaining_rays =
+            let mut remaining_rays =
                 active & advance(frame, cell, &self.values, count, &mut self.leaf_rays);
+            if is_raw && remaining_rays != active {
+                remaining_rays = active & leave_segments(cell, count, &mut self.leaf_rays);
+            }
             if remaining_rays != active {
                 self.retire(frame, active & !remaining_rays, cell_index, items, rays);
                 (active, count) = self.compact_lanes(remaining_rays, count);
             }
             if steps == next_cull && active != 0 {
-                next_cull *= INTERVAL_CULL_STEPS;
-                evaluations += self.cull_by_interval(cell_index, count, evaluator);
+                // Most rays that creep are culled at once.
+                let (gain, work) = if is_raw && steps > first_check {
+                    let leaf = (cell_index, cell);
+                    self.bound_segments(leaf, active, count, evaluator)
+                } else {
+                    (0.0, self.cull_by_interval(cell_index, count, evaluator))
+                };
+                evaluations += work;
+                if gain > segments::MIN_GAIN {
+                    next_cull = steps + segments::STEPS;
+                } else {
+                    next_cull *= INTERVAL_CULL_STEPS;
+                }
                 let remaining_rays = active & active_lanes(&self.leaf_rays);
                 self.retire(frame, active & !remaining_rays, cell_index, items, rays);
                 (active, count) = self.compact_lanes(remaining_rays, count);

@@ -76,10 +76,19 @@ pub(super) struct Tile {
 }
 
 impl Tile {
+    /// Begins the tile at a corner.
     pub(super) fn reset_to(&mut self, corner: [u32; 2], job: &RenderJob) {
+        self.reset_to_square(corner, tile_side(job), job);
+    }
+
+    /// Begins a tile of a single packet.
+    pub(super) fn reset_to_packet(&mut self, corner: [u32; 2], job: &RenderJob) {
+        self.reset_to_square(corner, PACKET_SIDE, job);
+    }
+
+    fn reset_to_square(&mut self, corner: [u32; 2], side: u32, job: &RenderJob) {
         [self.left, self.upper] = corner;
         let remaining = [0, 1].map(|axis| job.size[axis] - corner[axis]);
-        let side = tile_side(job);
         self.visible_size = remaining.map(|remaining| remaining.min(side));
         let overlap = u32::from(job.features.mode == Mode::Edges);
         [self.width, self.height] = [0, 1].map(|axis| remaining[axis].min(side + overlap));

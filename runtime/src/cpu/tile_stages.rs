@@ -7,7 +7,7 @@ use super::packet::NO_LEAF;
 use super::ray_tasks::run_streamed;
 use super::refine_roots::RootRefinement;
 use super::tile::{Tile, corners};
-use super::{Evaluator, RenderField, debug_views, normal, occlusion, shade, shadow};
+use super::{CellLayout, Evaluator, RenderField, debug_views, normal, occlusion, shade, shadow};
 use crate::cells::Cells;
 use crate::render::plane::face_on;
 use crate::render::ray::distance_from_camera;
@@ -20,9 +20,25 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 
 /// The cells of a picture, binned by packets.
-struct CellTraversal {
-    cells: Arc<Cells>,
+pub(super) struct CellTraversal {
+    pub(super) cells: Arc<Cells>,
     leaf_bins: LeafBins,
+}
+
+impl CellTraversal {
+    /// Returns the cells of a picture in a layout, unless it has none.
+    pub(super) fn new(
+        field: &dyn RenderField,
+        job: &RenderJob,
+        layout: CellLayout,
+    ) -> Option<Self> {
+        let cells = match layout {
+            CellLayout::None => return None,
+            _ => field.cells(job, layout)?,
+        };
+        let leaf_bins = LeafBins::new(&cells, &job.uniforms);
+        Some(Self { cells, leaf_bins })
+    }
 }
 
 impl Tile {
@@ -94,7 +110,7 @@ impl Tile {
         run_streamed(&mut task, evaluator, &items)
     }
 
-    fn march(
+    pub(super) fn march(
         &mut self,
         frame: &layout::FrameUniforms,
         traversal: Option<&CellTraversal>,
@@ -187,17 +203,13 @@ impl Tile {
     }
 }
 
-/// Returns the cells of a picture, binned by packets, if the field has any.
-fn cell_traversal(field: &dyn RenderField, job: &RenderJob) -> Option<CellTraversal> {
-    let cells = field.cells(job)?;
-    let leaf_bins = LeafBins::new(&cells, &job.uniforms);
-    Some(CellTraversal { cells, leaf_bins })
-}
-
 /// Computes the surface at each pixel, tile by tile.
-pub(super) fn geometry(field: &dyn RenderField, job: &RenderJob) -> Geometry {
+pub(super) fn geometry(
+    field: &dyn RenderField,
+    job: &RenderJob,
+    traversal: Option<&CellTraversal>,
+) -> Geometry {
     let corners = corners(job);
-    let traversal = cell_traversal(field, job);
     let [width, height] = job.size.map(|n| n as usize);
     let result = Mutex::new(Geometry {
         depth: vec![f32::INFINITY; width * height],
@@ -206,7 +218,7 @@ pub(super) fn geometry(field: &dyn RenderField, job: &RenderJob) -> Geometry {
     parallel_map_with(
         corners.len(),
         || {
-            let cells = traversal.as_ref().map(|traversal| &*traversal.cells);
+            let cells = traversal.map(|traversal| &*traversal.cells);
             (Tile::default(), field.evaluator(job, cells))
         },
         |(tile, evaluator), number| {
@@ -217,7 +229,7 @@ pub(super) fn geometry(field: &dyn RenderField, job: &RenderJob) -> Geometry {
                 RenderStage::RefineRoots,
                 RenderStage::Normal,
             ];
-            let inputs = (stages.as_slice(), traversal.as_ref(), None);
+            let inputs = (stages.as_slice(), traversal, None);
             tile.render_sample(&job.uniforms, job, inputs, &mut **evaluator);
             let mut result = result.lock().unwrap_or_else(PoisonError::into_inner);
             for (i, index) in tile.visible_pixels(width) {
@@ -236,6 +248,7 @@ pub(super) fn geometry(field: &dyn RenderField, job: &RenderJob) -> Geometry {
 pub(super) fn render(
     field: &dyn RenderField,
     job: &RenderJob,
+    traversal: Option<&CellTraversal>,
     samples: Samples<'_>,
     progress: &dyn RenderProgress,
 ) -> Option<Image> {
@@ -246,11 +259,6 @@ pub(super) fn render(
     }
     let stages = stages(&job.features);
     let corners = corners(job);
-    let traversal = if stages.contains(&RenderStage::March) {
-        cell_traversal(field, job)
-    } else {
-        None
-    };
     let plane_values: Vec<Option<Vec<f32>>> = passes
         .clone()
         .map(|sample| {
@@ -267,7 +275,7 @@ pub(super) fn render(
     parallel_map_with(
         corners.len(),
         || {
-            let cells = traversal.as_ref().map(|traversal| &*traversal.cells);
+            let cells = traversal.map(|traversal| &*traversal.cells);
             (Tile::default(), field.evaluator(job, cells))
         },
         |(tile, evaluator), number| {
@@ -283,7 +291,7 @@ pub(super) fn render(
             for sample in passes.clone() {
                 let frame = job.pass_uniforms(sample);
                 let sample_values = plane_values[(sample - first_sample) as usize].as_deref();
-                let inputs = (stages.as_slice(), traversal.as_ref(), sample_values);
+                let inputs = (stages.as_slice(), traversal, sample_values);
                 evaluations += tile.render_sample(&frame, job, inputs, &mut **evaluator);
                 let mut image_and_count = image.lock().unwrap_or_else(PoisonError::into_inner);
                 let (image, tiles) = &mut *image_and_count;

@@ -86,7 +86,7 @@ impl<E: Endpoint> Real for GenericInterval<E> {
     }
     #[inline(always)]
     fn exp2(self) -> Self {
-        let e = self.increasing(E::exp2);
+        let e = self.increasing(E::exp2, E::exponential_error);
         Self {
             lo: e.lo.max(lit(0.0)),
             hi: e.hi,
@@ -94,7 +94,7 @@ impl<E: Endpoint> Real for GenericInterval<E> {
     }
     #[inline(always)]
     fn log2(self) -> Self {
-        let range = self.increasing(E::log2);
+        let range = self.increasing(E::log2, E::logarithm_error);
         // For infinite or NaN arguments, the logarithm is unbounded.
         Self {
             lo: range.lo,

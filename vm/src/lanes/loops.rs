@@ -418,6 +418,17 @@ pub fn with_identity_jacobian(points: &Points) -> [F32x64; 12] {
     block
 }
 
+/// Returns boxes with the Jacobian of the identity, as inputs of interval gradients.
+pub fn with_identity_jacobian_of_boxes(boxes: &[F32x64; 6]) -> [[F32x64; 6]; 4] {
+    let mut inputs = <[[F32x64; 6]; 4]>::default();
+    inputs[0] = *boxes;
+    for axis in 0..3 {
+        inputs[axis + 1][axis] = F32x64([1.0; LANES]);
+        inputs[axis + 1][axis + 3] = F32x64([1.0; LANES]);
+    }
+    inputs
+}
+
 /// Converts a constant of the program.
 #[inline(always)]
 fn constant<L: LaneNumber>(v: f32) -> L {

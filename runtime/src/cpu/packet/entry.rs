@@ -111,23 +111,28 @@ fn intersect_box_body(region: &Aabb, p: &mut Packet) -> Crossings {
 }
 
 /// Bounds of the field's directional derivative along a ray in a cell.
-struct DirectionalBounds {
+#[derive(Clone, Copy)]
+pub(super) struct DirectionalBounds {
     /// Largest absolute value.
-    slope: f32,
+    pub(super) slope: f32,
     /// Largest rate of decrease.
-    decrease_max: f32,
+    pub(super) decrease_max: f32,
     /// Smallest rate of decrease.
-    decrease_min: f32,
+    pub(super) decrease_min: f32,
 }
 
 /// Bounds the directional derivative along a ray. Where the gradient is bounded, it may be far less than the
 /// slope.
 #[inline(always)]
-fn directional_bounds(cell: &Cell, direction: [f32; 3], side: f32) -> DirectionalBounds {
-    let Some(gradient) = cell.gradient else {
+pub(super) fn directional_bounds(
+    (cell_slope, gradient): (f32, Option<[[f32; 2]; 3]>),
+    direction: [f32; 3],
+    side: f32,
+) -> DirectionalBounds {
+    let Some(gradient) = gradient else {
         return DirectionalBounds {
-            slope: cell.slope,
-            decrease_max: cell.slope,
+            slope: cell_slope,
+            decrease_max: cell_slope,
             decrease_min: 0.0,
         };
     };
@@ -139,12 +144,12 @@ fn directional_bounds(cell: &Cell, direction: [f32; 3], side: f32) -> Directiona
         change_max += Real::max(a, c);
     }
     // Directions and these sums have a relative rounding error.
-    let rounding = 1e-5 * cell.slope;
+    let rounding = 1e-5 * cell_slope;
     let max_abs = Real::max(-change_min, change_max) + rounding;
     let outside = side > 0.0;
     let decrease_max = if outside { -change_min } else { change_max } + rounding;
     let decrease_min = if outside { -change_max } else { change_min } - rounding;
-    let slope = Real::min(Real::max(max_abs, 1e-3 * cell.slope), cell.slope);
+    let slope = Real::min(Real::max(max_abs, 1e-3 * cell_slope), cell_slope);
     DirectionalBounds {
         slope,
         decrease_max: Real::min(Real::max(decrease_max, 0.0), slope),
@@ -165,7 +170,7 @@ fn bound_directions_body(cell: &Cell, block: &mut LeafRays) {
             block.direction_y.0[i],
             block.direction_z.0[i],
         ];
-        let bounds = directional_bounds(cell, direction, block.side.0[i]);
+        let bounds = directional_bounds((cell.slope, cell.gradient), direction, block.side.0[i]);
         block.slope.0[i] = bounds.slope;
         block.decrease_max.0[i] = bounds.decrease_max;
         block.decrease_min.0[i] = bounds.decrease_min;
@@ -219,7 +224,7 @@ fn cull_entered_body(frame: &FrameUniforms, cell: &Cell, values: &F32x64, p: &mu
     let choice = ColumnChoice::new();
     for (i, culled) in culled.iter_mut().enumerate() {
         let direction = [p.direction_x.0[i], p.direction_y.0[i], p.direction_z.0[i]];
-        let bounds = directional_bounds(cell, direction, p.side.0[i]);
+        let bounds = directional_bounds((cell.slope, cell.gradient), direction, p.side.0[i]);
         let (t, distance) = (p.entry_t.0[i], values.0[i]);
         let side = initial_side(p.steps.0[i], t, distance, p.side.0[i]);
         let field = distance * side / bounds.slope;

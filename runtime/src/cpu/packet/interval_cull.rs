@@ -20,7 +20,7 @@ fn remaining_boxes_body(block: &LeafRays, count: usize, boxes: &mut AabbLanes) {
         // Rounding keeps the order of points along a ray, so the box of its ends contains all points between
         // them.
         let from = camera::point_along::<f32>(origin, direction, block.t.0[i]).to_array();
-        let to = camera::point_along::<f32>(origin, direction, block.exit_t.0[i]).to_array();
+        let to = camera::point_along::<f32>(origin, direction, block.leaf_exit_t.0[i]).to_array();
         for axis in 0..3 {
             boxes[axis].0[i] = Real::min(from[axis], to[axis]);
             boxes[axis + 3].0[i] = Real::max(from[axis], to[axis]);
@@ -46,7 +46,7 @@ fn cull_clear_body([low, high]: &RangeLanes, count: usize, block: &mut LeafRays)
             outcome::ACTIVE
         };
         // The empty sphere must not extend beyond the leaf, so it is centred on the remaining segment.
-        let (from, to) = (block.t.0[i], block.exit_t.0[i]);
+        let (from, to) = (block.t.0[i], block.leaf_exit_t.0[i]);
         let (centre, half) = ((from + to) * 0.5, (to - from) * 0.5 / slope);
         block.t.0[i] = if is_clear { centre } else { from };
         block.field.0[i] = if is_clear { half } else { block.field.0[i] };
