@@ -83,7 +83,7 @@ fn elementary_functions_leave_the_ends_of_their_intervals_by_rounding() {
         let x = r.range(-8.0, 8.0);
         one_of(r, x.exp2(), ((x * 2.0).round() / 2.0).exp2())
     };
-    // It increases everywhere, so its ends bound all values; the power shares its slack.
+    // It increases everywhere, so its ends bound all values without slack.
     check_held("log2", logarithm_argument, logarithm, Real::log2);
     // No decrease was observed for sines and angles either.
     let angle = |r: &mut Random| {
