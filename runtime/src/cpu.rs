@@ -138,7 +138,7 @@ pub trait Evaluator {
     ) -> bool {
         false
     }
-    /// Returns the work of all evaluations for marches so far, in units of [`cell_trial`].
+    /// Returns the work of all evaluations for marches so far, in halves of a clause for eight points.
     fn work(&self) -> u64 {
         0
     }
