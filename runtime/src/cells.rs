@@ -9,6 +9,7 @@
 //! Barbier and others, *Lipschitz Pruning*, 2025.
 
 mod build;
+pub(crate) mod gradient_slack;
 mod incremental;
 mod lookup;
 mod on_demand;

@@ -9,6 +9,7 @@ mod beam;
 mod cell_trial;
 mod debug_views;
 pub(crate) mod engine;
+mod evaluator;
 mod leaf_bins;
 mod march;
 mod morton;
@@ -22,12 +23,12 @@ mod shade;
 mod shadow;
 mod tile;
 mod tile_stages;
+mod work;
 
-use crate::cells::policy::PacketCells;
 use crate::cells::{Aabb, Cells};
 pub use crate::render::FieldFacts;
 use crate::render::{Geometry, Image, PixelPlane, RenderJob, RenderProgress, Samples};
-pub use cell_trial::{CellLayout, CellTrial};
+pub use cell_trial::CellLayout;
 use sdfc_shaders::layout;
 pub use sdfc_vm::lanes::{F32x64, LANES, Points};
 pub use sdfc_vm::surface::SurfaceBlock;
@@ -37,18 +38,9 @@ use std::sync::Arc;
 pub trait RenderField: Sync {
     /// Returns the properties of the field besides its values.
     fn facts(&self) -> FieldFacts;
-    /// Returns when packets of rays march through cells.
-    fn packet_cells(&self, _job: &RenderJob) -> PacketCells {
-        PacketCells::Never
-    }
-    /// Reports whether the tapes of cells are so much shorter, and their slopes so much less, that cells are
-    /// profitable for all rays.
-    fn is_pruning_profitable(&self, _job: &RenderJob) -> bool {
-        false
-    }
-    /// Returns the result of a trial of cells.
-    fn cell_trial(&self) -> Option<&CellTrial> {
-        None
+    /// Returns the layout of the cells that packets of rays march through.
+    fn cell_layout(&self, _job: &RenderJob) -> CellLayout {
+        CellLayout::None
     }
     /// Returns the cells for a picture, unless there is nothing to see.
     fn cells(&self, _job: &RenderJob, _layout: CellLayout) -> Option<Arc<Cells>> {
@@ -192,8 +184,7 @@ pub trait Evaluator {
 
 /// Computes the surface at each pixel of a picture's first sample, without light and colours.
 pub fn geometry(field: &dyn RenderField, job: &RenderJob) -> Geometry {
-    let traversal = cell_trial::traversal_for_job(field, job);
-    tile_stages::geometry(field, job, traversal.as_ref())
+    tile_stages::geometry(field, job)
 }
 
 /// Renders a picture. Returns `None` if `progress`, which is called after each tile, stops it.
@@ -213,6 +204,5 @@ pub fn render_samples(
     samples: Samples<'_>,
     progress: &dyn RenderProgress,
 ) -> Option<Image> {
-    let traversal = cell_trial::traversal_for_job(field, job);
-    tile_stages::render(field, job, traversal.as_ref(), samples, progress)
+    tile_stages::render(field, job, samples, progress)
 }

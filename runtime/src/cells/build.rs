@@ -1,5 +1,6 @@
 //! Building cells, level by level, on all cores.
 
+use super::gradient_slack::{clamped_slope, with_slack};
 use super::split_rule::{SiblingTapes, SplitDecision, SplitRule};
 use super::{Aabb, CHILDREN, Cell, CellNode, CellSplit, Cells, EMPTY, FULL, LEAF, NODE, TapeRange};
 use crate::work_stealing::parallel_map_with;
@@ -474,18 +475,12 @@ impl<'a> Worker<'a> {
         *self.gradient.inputs_mut() = with_identity_jacobian_of_boxes(boxes);
         let [x, y, z, _] = self.gradient.run(self.program, tape, count);
         std::array::from_fn(|lane| {
-            let square = |[low, high]: &[F32x64; 2]| {
-                let max_abs = low.0[lane].abs().max(high.0[lane].abs());
-                max_abs * max_abs
-            };
-            // Gradients are not rounded outwards; this covers far more than their rounding.
-            let slope = (square(x) + square(y) + square(z)).sqrt() * 1.001;
+            let gradient = [x, y, z].map(|[low, high]| [low.0[lane], high.0[lane]]);
+            let (slope, gradient) = with_slack(gradient);
             if !slope.is_finite() {
                 return (1.0, None);
             }
-            let slack = slope * 1e-3;
-            let gradient = [x, y, z].map(|[low, high]| [low.0[lane] - slack, high.0[lane] + slack]);
-            (slope.clamp(1e-6, 1.0), Some(gradient))
+            (clamped_slope(slope), Some(gradient))
         })
     }
 }

@@ -99,7 +99,7 @@ const MIN_RAW_WORK: f32 = 1.2e6;
 
 /// Use of cells in an engine whose rays go from cell to cell in packets.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum PacketCells {
+pub(crate) enum PacketCells {
     Never,
     /// If a trial finds them profitable ([`super::trial`]).
     Trial,

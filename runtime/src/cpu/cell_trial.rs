@@ -1,30 +1,17 @@
 //! The cells that rays march through where only a trial tells which are profitable.
 //!
-//! Where pruning in cells is not profitable ([`crate::cells::trial`]), bounds for segments of rays may still be.
+//! Bounds for segments of rays may be profitable although pruning in cells is not ([`crate::cells::trial`]).
 //! Some packets of the picture are marched without cells, in one cell that is not split, and in cells. Work is
-//! counted, not timed, so the choice is the same in every run. It is made with the first picture that is large
+//! counted ([`super::work`]), not timed, so the choice is the same in every run. It is made with the first picture that is large
 //! enough, and kept as long as edits do not change the instructions.
-//!
-//! The unit of work is half a clause for eight points. Six fields of 15 to 130 clauses were measured on a
-//! processor with AVX2. Relative to a clause on numbers, [`RANGE_WORK`] was 1.5 to 2.5, [`GRADIENT_RANGE_WORK`] 4.5
-//! to 10, and [`STEP_WORK`] 20 to 32.
 
 use super::RenderField;
 use super::leaf_bins::PACKET_SIDE;
 use super::tile::Tile;
 use super::tile_stages::CellTraversal;
-use crate::cells::policy::PacketCells;
 use crate::render::RenderJob;
 use crate::work_stealing::parallel_map_with;
-use sdfc_shaders::assemble::{RenderStage, stages};
-use std::sync::OnceLock;
 
-/// Work of a clause on intervals.
-pub(super) const RANGE_WORK: u64 = 2;
-/// Work of a clause on intervals with gradients.
-pub(super) const GRADIENT_RANGE_WORK: u64 = 6;
-/// Work of a step of eight rays, besides the field.
-pub(super) const STEP_WORK: u64 = 25;
 /// Minimum work without cells for which layouts are tried: building them takes as much.
 const MIN_WORK: f64 = 3e7;
 /// Work of the intersection of a packet with a leaf.
@@ -51,43 +38,8 @@ pub enum CellLayout {
     Fine,
 }
 
-/// Result of the trial, once it is known.
-#[derive(Clone, Debug, Default)]
-pub struct CellTrial(OnceLock<CellLayout>);
-
-impl CellTrial {
-    /// Returns the layout with the least work, by a trial if it is not yet known.
-    fn layout(&self, field: &dyn RenderField, job: &RenderJob) -> CellLayout {
-        *self.0.get_or_init(|| choose(field, job))
-    }
-
-    /// Reports whether the trial rejected cells.
-    pub(super) fn has_rejected_cells(&self) -> bool {
-        self.0.get() == Some(&CellLayout::None)
-    }
-}
-
-/// Returns the layout of the cells of a picture.
-pub(super) fn layout_for_job(field: &dyn RenderField, job: &RenderJob) -> CellLayout {
-    match (field.packet_cells(job), field.cell_trial()) {
-        (PacketCells::Always, _) => CellLayout::Fine,
-        (PacketCells::Trial, Some(trial)) => trial.layout(field, job),
-        _ => CellLayout::None,
-    }
-}
-
-/// Returns the cells of a picture, if it has rays that march and cells are profitable for them.
-pub(super) fn traversal_for_job(field: &dyn RenderField, job: &RenderJob) -> Option<CellTraversal> {
-    let marches = stages(&job.features).contains(&RenderStage::March);
-    let layout = marches.then(|| layout_for_job(field, job))?;
-    CellTraversal::new(field, job, layout)
-}
-
-/// Returns the layout with the least work for a picture.
-fn choose(field: &dyn RenderField, job: &RenderJob) -> CellLayout {
-    if field.is_pruning_profitable(job) {
-        return CellLayout::Fine;
-    }
+/// Returns the layout with the least work for the rays of a picture.
+pub(super) fn choose(field: &dyn RenderField, job: &RenderJob) -> CellLayout {
     let corners = packet_corners(job);
     let work = |layout| march_work(field, job, layout, &corners);
     let without = work(CellLayout::None);

@@ -1,15 +1,11 @@
 //! The CPU engine: programs on batches of 64 points, on all cores.
 
-use super::cell_trial::{GRADIENT_RANGE_WORK, RANGE_WORK, STEP_WORK, layout_for_job};
-use super::{
-    AabbLanes, CellLayout, CellTrial, Evaluator, F32x64, FieldQuantity, GradientRangeLanes, LANES,
-    Points, RangeLanes, RenderField, SurfaceBlock, morton, normal, plane_quadtree,
-};
+use super::cell_trial;
+use super::evaluator::{CpuEvaluator, EvaluatedScene, MIN_ON_DEMAND_CLAUSES, MIN_SORT_POINTS};
+use super::{CellLayout, Evaluator, LANES, RenderField, morton, plane_quadtree};
 use crate::cells::policy::{self, PacketCells};
 use crate::cells::split_rule::ScreenSpaceLeafLimit;
-use crate::cells::{
-    self, Aabb, CellInfo, CellSpec, CellSplit, Cells, MAX_BLOCKS, MortonKey, OnDemandCells, trial,
-};
+use crate::cells::{self, CellInfo, CellSpec, CellSplit, Cells, trial};
 use crate::engine::{Engine, EngineError, EngineKind, FieldSample, SceneInput};
 use crate::render::plane::plane_of;
 use crate::render::{
@@ -18,16 +14,9 @@ use crate::render::{
 };
 use crate::settings::{default_material, field_facts};
 use rayon::prelude::*;
-use sdfc_vm::dual::Dual;
-use sdfc_vm::interval::FloatInterval;
-use sdfc_vm::lanes::{with_identity_jacobian, with_identity_jacobian_of_boxes};
 use sdfc_vm::program::{Module, Program};
-use sdfc_vm::surface::{SURFACE_NUMBERS, SurfaceHook};
-use sdfc_vm::tape::evaluator::TapeEvaluator;
-use sdfc_vm::tape::prune::Pruner;
-use sdfc_vm::tape::trace::Tracer;
-use sdfc_vm::tape::{Clause, Tape};
-use std::sync::{Arc, Mutex, PoisonError};
+use sdfc_vm::tape::Tape;
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 /// Runs the loaded scene's programs on the cores of this machine.
 #[derive(Default)]
@@ -44,8 +33,8 @@ pub(crate) struct CpuScene {
     default_material: Surface,
     /// The cells of the last image, possibly of the scene before an edit.
     cached_cells: Mutex<Option<CachedCells>>,
-    /// Decides whether cells are profitable, where that needs a trial.
-    cell_trial: CellTrial,
+    /// Layout of cells where it needs a trial, once it is known.
+    trial_layout: OnceLock<CellLayout>,
 }
 
 /// The cells of an image, with the program and view that they were built for.
@@ -60,15 +49,15 @@ struct CachedCells {
 
 impl CpuScene {
     fn new(module: &Module, uniform_values: &[f64], previous: Option<Self>) -> Self {
-        let (cell_trial, cached_cells) = match previous {
+        let (trial_layout, cached_cells) = match previous {
             Some(previous) if previous.distance.code == module.distance.code => {
-                (previous.cell_trial, previous.cached_cells)
+                (previous.trial_layout, previous.cached_cells)
             }
-            Some(previous) => (CellTrial::default(), previous.cached_cells),
+            Some(previous) => (OnceLock::new(), previous.cached_cells),
             None => Default::default(),
         };
         Self {
-            cell_trial,
+            trial_layout,
             cached_cells,
             distance: Arc::new(module.distance.clone()),
             surface: module.surface.clone().map(|p| {
@@ -143,7 +132,7 @@ impl Engine for CpuEngine {
         if job.shows_plane() {
             return Ok(None);
         }
-        let cells = scene.cells(&job, layout_for_job(scene, &job));
+        let cells = scene.cells(&job, scene.cell_layout(&job));
         Ok(cells.map(|cells| points.par_iter().map(|&p| cells.info_at(p)).collect()))
     }
 
@@ -177,17 +166,14 @@ impl Engine for CpuEngine {
             let batches: Vec<Vec<FieldSample>> = points
                 .par_chunks(LANES)
                 .map_init(
-                    || scene.evaluator_with(None),
+                    || scene.evaluator_with(None, false),
                     |evaluator, chunk| evaluator.sample_chunk(chunk),
                 )
                 .collect();
             return Ok(batches.concat());
         }
         let order = morton::morton_order(points);
-        let pruning_evaluator = || CpuEvaluator {
-            is_pruning: true,
-            ..scene.evaluator_with(None)
-        };
+        let pruning_evaluator = || scene.evaluator_with(None, true);
         let batches: Vec<Vec<FieldSample>> = order
             .par_chunks(LANES * LANES)
             .map_init(pruning_evaluator, |evaluator, indices| {
@@ -210,27 +196,12 @@ impl RenderField for CpuScene {
     fn facts(&self) -> FieldFacts {
         self.facts
     }
-    fn packet_cells(&self, job: &RenderJob) -> PacketCells {
-        PacketCells::for_job(job, &self.tape)
-    }
-    fn cell_trial(&self) -> Option<&CellTrial> {
-        Some(&self.cell_trial)
-    }
-    fn is_pruning_profitable(&self, job: &RenderJob) -> bool {
-        let Some((region, pixels)) = policy::raw_field_cells(&job.uniforms) else {
-            return false;
-        };
-        let spec = CellSpec {
-            region,
-            split: CellSplit::Volume,
-            band: 0.0,
-            rule: &pixels,
-        };
-        let program = &*self.distance;
-        trial::should_build_cells(program, &self.tape, &spec, &pixels)
-            && self
-                .cells(job, CellLayout::Fine)
-                .is_some_and(|cells| trial::should_use_cells(program, &cells))
+    fn cell_layout(&self, job: &RenderJob) -> CellLayout {
+        match PacketCells::for_job(job, &self.tape) {
+            PacketCells::Never => CellLayout::None,
+            PacketCells::Trial => *self.trial_layout.get_or_init(|| self.try_layouts(job)),
+            PacketCells::Always => CellLayout::Fine,
+        }
     }
     fn cells(&self, job: &RenderJob, layout: CellLayout) -> Option<Arc<Cells>> {
         let frame = &job.uniforms;
@@ -292,22 +263,14 @@ impl RenderField for CpuScene {
         job: &RenderJob,
         cells: Option<&'a Cells>,
     ) -> Box<dyn Evaluator + 'a> {
-        Box::new(CpuEvaluator {
-            is_pruning: job.cells != CellMode::Never,
-            ..self.evaluator_with(cells)
-        })
+        Box::new(self.evaluator_with(cells, job.cells != CellMode::Never))
     }
 }
 
 impl CpuScene {
     /// Returns the counts of the cells of the last image.
     fn cell_stats(&self, job: &RenderJob) -> CellStats {
-        let has_cells = match PacketCells::for_job(job, &self.tape) {
-            PacketCells::Never => false,
-            PacketCells::Trial => !self.cell_trial.has_rejected_cells(),
-            PacketCells::Always => true,
-        };
-        if job.shows_plane() || !has_cells {
+        if job.shows_plane() || PacketCells::for_job(job, &self.tape) == PacketCells::Never {
             return CellStats::default();
         }
         let cached_cells = self
@@ -324,503 +287,59 @@ impl CpuScene {
 }
 
 impl CpuScene {
-    fn evaluator_with<'a>(&'a self, cells: Option<&'a Cells>) -> CpuEvaluator<'a> {
-        let on_demand = |tape: &Tape, cells: &Cells| {
-            let is_long = tape.clauses.len() >= MIN_ON_DEMAND_CLAUSES;
-            is_long.then(|| OnDemandCells::new(tape, *cells.region()))
+    /// Returns the layout of cells with the least work for a picture.
+    fn try_layouts(&self, job: &RenderJob) -> CellLayout {
+        let layout = if self.is_pruning_profitable(job) {
+            CellLayout::Fine
+        } else {
+            cell_trial::choose(self, job)
         };
-        let surface = self.surface.as_ref().map(|(_, tape)| tape);
-        CpuEvaluator {
-            scene: self,
-            is_pruning: false,
-            cells,
-            on_demand: cells.and_then(|cells| on_demand(&self.tape, cells)),
-            surface_on_demand: surface
-                .zip(cells)
-                .and_then(|(tape, cells)| on_demand(tape, cells)),
-            distance: None,
-            range: None,
-            gradient_range: None,
-            gradient: None,
-            surface: None,
-            distance_tapes: PrunedTapes::default(),
-            surface_tapes: PrunedTapes::default(),
-            work: 0,
-            selected_region: None,
+        if layout == CellLayout::None {
+            *self
+                .cached_cells
+                .lock()
+                .unwrap_or_else(PoisonError::into_inner) = None;
         }
-    }
-}
-
-/// The evaluators of one thread, each created on first use.
-struct CpuEvaluator<'a> {
-    scene: &'a CpuScene,
-    /// Set if tapes are pruned for announced boxes.
-    is_pruning: bool,
-    cells: Option<&'a Cells>,
-    /// On-demand cells for unordered points, where looking them up is profitable.
-    on_demand: Option<OnDemandCells>,
-    /// On-demand cells for surfaces.
-    surface_on_demand: Option<OnDemandCells>,
-    distance: Option<TapeEvaluator<f32>>,
-    range: Option<TapeEvaluator<FloatInterval>>,
-    gradient_range: Option<TapeEvaluator<Dual<FloatInterval>>>,
-    gradient: Option<TapeEvaluator<Dual<f32>>>,
-    surface: Option<TapeEvaluator<Dual<f32>, SurfaceHook>>,
-    distance_tapes: PrunedTapes,
-    surface_tapes: PrunedTapes,
-    /// Work of evaluations for marches, in units of the trial of cells.
-    work: u64,
-    /// Index of the announced box that contains all points.
-    selected_region: Option<usize>,
-}
-
-/// Tapes pruned for announced boxes.
-#[derive(Default)]
-struct PrunedTapes {
-    /// Created on first use.
-    tracer: Option<Tracer>,
-    pruner: Pruner,
-    clauses: Vec<Clause>,
-    /// The range of each box's clauses.
-    ranges: Vec<(usize, usize)>,
-}
-
-/// Minimum number of clauses of a program that is pruned for boxes. Tracing a shorter one takes about as long
-/// as running it.
-const MIN_PRUNE_CLAUSES: usize = 8;
-
-impl PrunedTapes {
-    /// Prunes a tape for boxes.
-    fn prune(&mut self, program: &Program, tape: &Tape, regions: &[Aabb]) {
-        self.clear();
-        if tape.clauses.len() < MIN_PRUNE_CLAUSES {
-            return;
-        }
-        let tracer = self.tracer.get_or_insert_with(|| Tracer::new(tape));
-        self.pruner.reserve(tape.values, tape.points);
-        for regions in regions.chunks(LANES) {
-            let boxes = tracer.boxes();
-            for (lane, region) in regions.iter().enumerate() {
-                region
-                    .with_margin(CellSplit::Volume)
-                    .write_lane(boxes, lane);
-            }
-            tracer.run(program, &tape.clauses, regions.len());
-            for lane in 0..regions.len() {
-                let start = self.clauses.len();
-                let choice = |clause| tracer.trace().choice(clause, lane);
-                self.pruner.prune(&tape.clauses, choice, &mut self.clauses);
-                self.ranges.push((start, self.clauses.len()));
-            }
-        }
+        layout
     }
 
-    fn clear(&mut self) {
-        self.clauses.clear();
-        self.ranges.clear();
+    /// Reports whether the tapes of cells are so much shorter, and their slopes so much less, that cells are
+    /// profitable for all rays.
+    fn is_pruning_profitable(&self, job: &RenderJob) -> bool {
+        let Some((region, pixels)) = policy::raw_field_cells(&job.uniforms) else {
+            return false;
+        };
+        let spec = CellSpec {
+            region,
+            split: CellSplit::Volume,
+            band: 0.0,
+            rule: &pixels,
+        };
+        let program = &*self.distance;
+        trial::should_build_cells(program, &self.tape, &spec, &pixels)
+            && self
+                .cells(job, CellLayout::Fine)
+                .is_some_and(|cells| trial::should_use_cells(program, &cells))
     }
 
-    fn get(&self, region: Option<usize>) -> Option<&[Clause]> {
-        let &(start, end) = self.ranges.get(region?)?;
-        Some(&self.clauses[start..end])
+    fn evaluator_with<'a>(
+        &'a self,
+        cells: Option<&'a Cells>,
+        is_pruning: bool,
+    ) -> CpuEvaluator<'a> {
+        let scene = EvaluatedScene {
+            distance: &self.distance,
+            tape: &self.tape,
+            surface: self.surface.as_ref().map(|(program, tape)| (program, tape)),
+            default_material: &self.default_material,
+        };
+        CpuEvaluator::new(scene, cells, is_pruning)
     }
 }
 
 /// Minimum number of clauses of a 2-D shape that is pruned for squares of the image. With 2 to 4 clauses
 /// pruning gains nothing, with 8 it takes nine tenths of the time, with 18 six tenths.
 const MIN_PLANE_PRUNE_CLAUSES: usize = 8;
-/// Minimum number of clauses for looking up each point's cell. For 64 unordered points, the lookup takes
-/// about two thirds of the time of a program of this length. Measured savings decide whether lookups continue
-/// ([`OnDemandCells::are_cheaper_than_full_tape`]).
-const MIN_ON_DEMAND_CLAUSES: usize = 32;
-
-/// Gathers the points of these keys into consecutive lanes.
-fn gather(points: &[Points], keys: &[MortonKey], to: &mut Points) {
-    for (lane_index, key) in keys.iter().enumerate() {
-        let (block, lane) = key.block_and_lane();
-        for (from, to) in points[block].iter().zip(to.iter_mut()) {
-            to.0[lane_index] = from.0[lane];
-        }
-    }
-}
-
-/// Returns the cost of a clause for a number of points: groups of four, and the fixed cost of three groups.
-fn chunks(count: usize) -> u64 {
-    2 * count.div_ceil(8) as u64 + 3
-}
-
-/// Returns the work of a step of `count` rays in a stream, which fills all lanes as long as there are rays.
-fn streamed_work(tape: &[Clause], count: usize) -> u64 {
-    step_work(tape, LANES) * count as u64 / LANES as u64
-}
-
-/// Returns the work of a step of `count` rays.
-fn step_work(tape: &[Clause], count: usize) -> u64 {
-    (STEP_WORK + tape.len() as u64) * chunks(count)
-}
-
-impl Evaluator for CpuEvaluator<'_> {
-    fn work(&self) -> u64 {
-        self.work
-    }
-
-    fn distances(&mut self, points: &Points, count: usize, out: &mut F32x64) {
-        if self.on_demand.is_some() && self.distance_tapes.get(self.selected_region).is_none() {
-            let (points, out) = (std::slice::from_ref(points), std::slice::from_mut(out));
-            return self.distances_many(points, count, out);
-        }
-        let (program, tape) = (&self.scene.distance, &self.scene.tape);
-        let tape_evaluator = self
-            .distance
-            .get_or_insert_with(|| TapeEvaluator::new(tape.values, tape.points));
-        let clauses = self
-            .distance_tapes
-            .get(self.selected_region)
-            .unwrap_or(&tape.clauses);
-        self.work += streamed_work(clauses, count);
-        tape_evaluator.inputs_mut().clone_from(points);
-        out.clone_from(tape_evaluator.run(program, clauses, count));
-    }
-
-    fn preferred_blocks(&self, quantity: FieldQuantity) -> usize {
-        let on_demand = match quantity {
-            FieldQuantity::Distances => &self.on_demand,
-            FieldQuantity::Surfaces => &self.surface_on_demand,
-        };
-        if on_demand.is_some() { MAX_BLOCKS } else { 1 }
-    }
-
-    fn distances_many(&mut self, points: &[Points], count: usize, out: &mut [F32x64]) {
-        let (program, tape) = (&self.scene.distance, &self.scene.tape);
-        let Some(on_demand) = &mut self.on_demand else {
-            for (block, (points, out)) in points.iter().zip(out).enumerate() {
-                self.distances(points, (count - block * LANES).min(LANES), out);
-            }
-            return;
-        };
-        let tape_evaluator = self
-            .distance
-            .get_or_insert_with(|| TapeEvaluator::new(tape.values, tape.points));
-        on_demand.for_each_batch(program, points, count, |keys, clauses| {
-            self.work += streamed_work(clauses, keys.len());
-            gather(points, keys, tape_evaluator.inputs_mut());
-            let values = tape_evaluator.run(program, clauses, keys.len());
-            for (value, key) in values.0.iter().zip(keys) {
-                let (block, lane) = key.block_and_lane();
-                out[block].0[lane] = *value;
-            }
-        });
-        // Without cells the values are the same.
-        if !on_demand.are_cheaper_than_full_tape() {
-            self.on_demand = None;
-        }
-    }
-
-    fn distances_in_cell(&mut self, cell: u32, points: &Points, count: usize, out: &mut F32x64) {
-        let Some(cells) = self.cells else {
-            return self.distances(points, count, out);
-        };
-        let tape = cells.tape(cell);
-        let full_tape = &self.scene.tape;
-        let tape_evaluator = self
-            .distance
-            .get_or_insert_with(|| TapeEvaluator::new(full_tape.values, full_tape.points));
-        self.work += step_work(tape, count);
-        tape_evaluator.inputs_mut().clone_from(points);
-        out.clone_from(tape_evaluator.run(&self.scene.distance, tape, count));
-    }
-
-    fn ranges_in_cell(
-        &mut self,
-        cell: u32,
-        boxes: &AabbLanes,
-        count: usize,
-        out: &mut RangeLanes,
-    ) -> bool {
-        let Some(cells) = self.cells else {
-            return false;
-        };
-        let full_tape = &self.scene.tape;
-        let tape_evaluator = self
-            .range
-            .get_or_insert_with(|| TapeEvaluator::new(full_tape.values, full_tape.points));
-        let tape = cells.tape(cell);
-        self.work += (STEP_WORK + RANGE_WORK * tape.len() as u64) * chunks(count);
-        tape_evaluator.inputs_mut().clone_from(boxes);
-        out.clone_from(tape_evaluator.run(&self.scene.distance, tape, count));
-        true
-    }
-
-    fn gradient_ranges_in_cell(
-        &mut self,
-        cell: u32,
-        boxes: &AabbLanes,
-        count: usize,
-        out: &mut GradientRangeLanes,
-    ) -> bool {
-        let Some(cells) = self.cells else {
-            return false;
-        };
-        let full_tape = &self.scene.tape;
-        let tape_evaluator = self
-            .gradient_range
-            .get_or_insert_with(|| TapeEvaluator::new(full_tape.values, full_tape.points));
-        let tape = cells.tape(cell);
-        self.work += (STEP_WORK + GRADIENT_RANGE_WORK * tape.len() as u64) * chunks(count);
-        *tape_evaluator.inputs_mut() = with_identity_jacobian_of_boxes(boxes);
-        out.clone_from(tape_evaluator.run(&self.scene.distance, tape, count));
-        true
-    }
-
-    fn is_raw(&self) -> bool {
-        !self.scene.tape.lipschitz.is_bounded()
-    }
-
-    fn gradients(&mut self, points: &Points, count: usize, out: &mut [F32x64; 4]) {
-        let (program, tape) = (&self.scene.distance, &self.scene.tape);
-        let mut tape_evaluator = self
-            .gradient
-            .take()
-            .unwrap_or_else(|| TapeEvaluator::new(tape.values, tape.points));
-        match (
-            self.distance_tapes.get(self.selected_region),
-            &mut self.on_demand,
-        ) {
-            (Some(clauses), _) => {
-                *tape_evaluator.inputs_mut() = with_identity_jacobian(points);
-                out.clone_from(tape_evaluator.run(program, clauses, count));
-            }
-            (None, None) => {
-                *tape_evaluator.inputs_mut() = with_identity_jacobian(points);
-                out.clone_from(tape_evaluator.run(program, &tape.clauses, count));
-            }
-            (None, Some(on_demand)) => {
-                let mut lane_points = Points::default();
-                let points = std::slice::from_ref(points);
-                on_demand.for_each_batch(program, points, count, |keys, clauses| {
-                    gather(points, keys, &mut lane_points);
-                    *tape_evaluator.inputs_mut() = with_identity_jacobian(&lane_points);
-                    let values = tape_evaluator.run(program, clauses, keys.len());
-                    for (values, out) in values.iter().zip(out.iter_mut()) {
-                        for (value, key) in values.0.iter().zip(keys) {
-                            out.0[key.block_and_lane().1] = *value;
-                        }
-                    }
-                });
-            }
-        }
-        self.gradient = Some(tape_evaluator);
-    }
-
-    fn cell_contains(&self, cell: u32, point: [f32; 3]) -> bool {
-        self.cells
-            .is_some_and(|cells| cells.cell(cell).region.contains(point))
-    }
-
-    fn tape_id(&self, cell: u32) -> u64 {
-        self.cells.map_or(0, |cells| cells.tape_key(cell))
-    }
-
-    fn gradients_in_cell(
-        &mut self,
-        cell: u32,
-        points: &Points,
-        count: usize,
-        out: &mut [F32x64; 4],
-    ) {
-        let Some(cells) = self.cells else {
-            return self.gradients(points, count, out);
-        };
-        let full_tape = &self.scene.tape;
-        let tape_evaluator = self
-            .gradient
-            .get_or_insert_with(|| TapeEvaluator::new(full_tape.values, full_tape.points));
-        *tape_evaluator.inputs_mut() = with_identity_jacobian(points);
-        out.clone_from(tape_evaluator.run(&self.scene.distance, cells.tape(cell), count));
-    }
-
-    fn prune_for_regions(&mut self, quantity: FieldQuantity, regions: &[Aabb]) {
-        self.selected_region = None;
-        if !self.is_pruning {
-            return;
-        }
-        match quantity {
-            FieldQuantity::Distances => {
-                let (program, tape) = (&self.scene.distance, &self.scene.tape);
-                self.distance_tapes.prune(program, tape, regions);
-            }
-            FieldQuantity::Surfaces => {
-                if let Some((program, tape)) = &self.scene.surface {
-                    self.surface_tapes.prune(program, tape, regions);
-                }
-            }
-        }
-    }
-
-    fn select_region(&mut self, region: Option<usize>) {
-        self.selected_region = region;
-    }
-
-    fn surfaces(
-        &mut self,
-        points: &Points,
-        normals: &Points,
-        count: usize,
-        out: &mut SurfaceBlock,
-    ) {
-        let default_material = &self.scene.default_material;
-        let Some((program, tape)) = &self.scene.surface else {
-            *out = surface_numbers(default_material).map(|number| F32x64([number; LANES]));
-            return;
-        };
-        let tape_evaluator = surface_tape_evaluator(&mut self.surface, tape, default_material);
-        tape_evaluator.hook().set_points(points, normals);
-        *tape_evaluator.inputs_mut() = with_identity_jacobian(points);
-        let clauses = self
-            .surface_tapes
-            .get(self.selected_region)
-            .unwrap_or(&tape.clauses);
-        tape_evaluator.run(program, clauses, count);
-        out.clone_from(tape_evaluator.hook().surface());
-    }
-
-    fn surfaces_many(
-        &mut self,
-        points: &[Points],
-        normals: &[Points],
-        count: usize,
-        out: &mut [SurfaceBlock],
-    ) {
-        let (Some(on_demand), Some((program, tape))) =
-            (&mut self.surface_on_demand, &self.scene.surface)
-        else {
-            for (block, (points, out)) in points.iter().zip(out).enumerate() {
-                let count = (count - block * LANES).min(LANES);
-                self.surfaces(points, &normals[block], count, out);
-            }
-            return;
-        };
-        let tape_evaluator =
-            surface_tape_evaluator(&mut self.surface, tape, &self.scene.default_material);
-        let (mut lane_points, mut lane_normals) = (Points::default(), Points::default());
-        on_demand.for_each_batch(program, points, count, |keys, clauses| {
-            gather(points, keys, &mut lane_points);
-            gather(normals, keys, &mut lane_normals);
-            *tape_evaluator.inputs_mut() = with_identity_jacobian(&lane_points);
-            tape_evaluator
-                .hook()
-                .set_points(&lane_points, &lane_normals);
-            tape_evaluator.run(program, clauses, keys.len());
-            let surface = tape_evaluator.hook().surface();
-            for (number, values) in surface.iter().enumerate() {
-                for (value, key) in values.0.iter().zip(keys) {
-                    let (block, lane) = key.block_and_lane();
-                    out[block][number].0[lane] = *value;
-                }
-            }
-        });
-        if !on_demand.are_cheaper_than_full_tape() {
-            self.surface_on_demand = None;
-        }
-    }
-}
-
-/// Returns the tape evaluator for surfaces, created on first use.
-fn surface_tape_evaluator<'a>(
-    slot: &'a mut Option<TapeEvaluator<Dual<f32>, SurfaceHook>>,
-    tape: &Tape,
-    default_material: &Surface,
-) -> &'a mut TapeEvaluator<Dual<f32>, SurfaceHook> {
-    slot.get_or_insert_with(|| {
-        let mut tape_evaluator: TapeEvaluator<Dual<f32>, SurfaceHook> =
-            TapeEvaluator::new(tape.values, tape.points);
-        tape_evaluator.hook().default_material = surface_numbers(default_material);
-        tape_evaluator
-    })
-}
-
-/// Minimum number of points for which sorting is profitable.
-const MIN_SORT_POINTS: usize = 1024;
-
-impl CpuEvaluator<'_> {
-    /// Samples points of which each run of 64 are neighbours.
-    fn sample_batch_sorted(&mut self, points: &[[f32; 3]]) -> Vec<FieldSample> {
-        let regions: Vec<Aabb> = points
-            .chunks(LANES)
-            .map(|chunk| Aabb::around(chunk.iter().copied()))
-            .collect();
-        self.prune_for_regions(FieldQuantity::Distances, &regions);
-        self.prune_for_regions(FieldQuantity::Surfaces, &regions);
-        let mut samples = Vec::with_capacity(points.len());
-        for (region, chunk) in points.chunks(LANES).enumerate() {
-            let is_bounded = chunk.iter().all(morton::is_finite);
-            self.select_region(is_bounded.then_some(region));
-            samples.extend(self.sample_chunk(chunk));
-        }
-        self.select_region(None);
-        samples
-    }
-
-    /// Samples at most 64 points.
-    fn sample_chunk(&mut self, chunk: &[[f32; 3]]) -> Vec<FieldSample> {
-        let mut points = Points::default();
-        for lane in 0..LANES {
-            // Unused lanes repeat the last point.
-            let point = chunk
-                .get(lane)
-                .or(chunk.last())
-                .copied()
-                .unwrap_or_default();
-            for (column, coordinate) in points.iter_mut().zip(point) {
-                column.0[lane] = coordinate;
-            }
-        }
-        let count = chunk.len();
-        let mut distances = F32x64::default();
-        let mut gradients = <[F32x64; 4]>::default();
-        let mut surfaces = SurfaceBlock::default();
-        self.distances(&points, count, &mut distances);
-        self.gradients(&points, count, &mut gradients);
-        let mut normals = Points::default();
-        for lane in 0..LANES {
-            let normal = normal::direction(gradient_at(&gradients, lane));
-            for (column, coordinate) in normals.iter_mut().zip(normal) {
-                column.0[lane] = coordinate;
-            }
-        }
-        self.surfaces(&points, &normals, count, &mut surfaces);
-        let sample = |lane: usize| FieldSample {
-            distance: distances.0[lane],
-            gradient: gradient_at(&gradients, lane),
-            surface: normal::surface_in_lane(&surfaces, lane),
-        };
-        (0..count).map(sample).collect()
-    }
-}
-
-fn gradient_at(gradients: &[F32x64; 4], lane: usize) -> [f32; 3] {
-    std::array::from_fn(|axis| gradients[axis].0[lane])
-}
-
-/// Returns the components of a surface, in the order of [`SurfaceBlock`].
-fn surface_numbers(surface: &Surface) -> [f32; SURFACE_NUMBERS] {
-    let ([r, g, b], [er, eg, eb], [x, y, z]) = (surface.albedo, surface.emission, surface.bump);
-    [
-        r,
-        g,
-        b,
-        surface.roughness,
-        er,
-        eg,
-        eb,
-        surface.metallic,
-        x,
-        y,
-        z,
-        surface.id,
-    ]
-}
-
 /// Returns the name of this machine's threads as a device, with their arithmetic.
 pub(crate) fn cpu_device(arithmetic: &str) -> String {
     match rayon::current_num_threads() {

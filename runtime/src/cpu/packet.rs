@@ -30,7 +30,7 @@ use crate::render::ray::vector;
 use entry::{
     bound_directions, cull_entered, entry_points, init_packet, intersect_box, misses_leaf,
 };
-use interval_cull::{cull_clear, remaining_boxes};
+use interval_cull::cull_clear;
 use refine_roots::{estimate_roots, refine_roots};
 use sdfc_shaders::camera;
 use sdfc_shaders::layout::{FrameUniforms, RayState};
@@ -39,7 +39,7 @@ use sdfc_vm::lanes::CHUNK;
 use sdfc_vm::multiversion;
 use sdfc_vm::real::Real;
 use sdfc_vm::vector::V3;
-use segments::leave_segments;
+use segments::{leave_segments, segment_boxes};
 
 /// Marks a ray that ended in no leaf.
 pub(super) const NO_LEAF: u32 = u32::MAX;
@@ -245,7 +245,6 @@ impl Marcher {
             block.direction_z.0[count] = p.direction_z.0[lane];
             block.exit_t.0[count] = p.exit_t.0[lane];
             block.leaf_exit_t.0[count] = p.exit_t.0[lane];
-            block.segment.0[count] = f32::INFINITY;
             block.t.0[count] = p.entry_t.0[lane];
             block.t_before.0[count] = p.entry_t.0[lane];
             block.side.0[count] = p.side.0[lane];
@@ -357,7 +356,8 @@ impl Marcher {
     /// Culls collected rays whose interval bounds exclude a surface in this cell. Returns the number of
     /// evaluations.
     fn cull_by_interval(&mut self, cell: u32, count: usize, evaluator: &mut dyn Evaluator) -> u64 {
-        remaining_boxes(&self.leaf_rays, count, &mut self.boxes);
+        self.leaf_rays.segment = F32x64([f32::INFINITY; LANES]);
+        segment_boxes(&self.leaf_rays, count, &mut self.boxes);
         let has_bounds = evaluator.ranges_in_cell(cell, &self.boxes, count, &mut self.range);
         if !has_bounds {
             self.leaf_rays.outcome = F32x64([outcome::ACTIVE; LANES]);

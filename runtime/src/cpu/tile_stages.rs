@@ -204,12 +204,9 @@ impl Tile {
 }
 
 /// Computes the surface at each pixel, tile by tile.
-pub(super) fn geometry(
-    field: &dyn RenderField,
-    job: &RenderJob,
-    traversal: Option<&CellTraversal>,
-) -> Geometry {
+pub(super) fn geometry(field: &dyn RenderField, job: &RenderJob) -> Geometry {
     let corners = corners(job);
+    let traversal = CellTraversal::new(field, job, field.cell_layout(job));
     let [width, height] = job.size.map(|n| n as usize);
     let result = Mutex::new(Geometry {
         depth: vec![f32::INFINITY; width * height],
@@ -218,7 +215,7 @@ pub(super) fn geometry(
     parallel_map_with(
         corners.len(),
         || {
-            let cells = traversal.map(|traversal| &*traversal.cells);
+            let cells = traversal.as_ref().map(|traversal| &*traversal.cells);
             (Tile::default(), field.evaluator(job, cells))
         },
         |(tile, evaluator), number| {
@@ -229,7 +226,7 @@ pub(super) fn geometry(
                 RenderStage::RefineRoots,
                 RenderStage::Normal,
             ];
-            let inputs = (stages.as_slice(), traversal, None);
+            let inputs = (stages.as_slice(), traversal.as_ref(), None);
             tile.render_sample(&job.uniforms, job, inputs, &mut **evaluator);
             let mut result = result.lock().unwrap_or_else(PoisonError::into_inner);
             for (i, index) in tile.visible_pixels(width) {
@@ -248,7 +245,6 @@ pub(super) fn geometry(
 pub(super) fn render(
     field: &dyn RenderField,
     job: &RenderJob,
-    traversal: Option<&CellTraversal>,
     samples: Samples<'_>,
     progress: &dyn RenderProgress,
 ) -> Option<Image> {
@@ -259,6 +255,11 @@ pub(super) fn render(
     }
     let stages = stages(&job.features);
     let corners = corners(job);
+    let traversal = if stages.contains(&RenderStage::March) {
+        CellTraversal::new(field, job, field.cell_layout(job))
+    } else {
+        None
+    };
     let plane_values: Vec<Option<Vec<f32>>> = passes
         .clone()
         .map(|sample| {
@@ -275,7 +276,7 @@ pub(super) fn render(
     parallel_map_with(
         corners.len(),
         || {
-            let cells = traversal.map(|traversal| &*traversal.cells);
+            let cells = traversal.as_ref().map(|traversal| &*traversal.cells);
             (Tile::default(), field.evaluator(job, cells))
         },
         |(tile, evaluator), number| {
@@ -291,7 +292,7 @@ pub(super) fn render(
             for sample in passes.clone() {
                 let frame = job.pass_uniforms(sample);
                 let sample_values = plane_values[(sample - first_sample) as usize].as_deref();
-                let inputs = (stages.as_slice(), traversal, sample_values);
+                let inputs = (stages.as_slice(), traversal.as_ref(), sample_values);
                 evaluations += tile.render_sample(&frame, job, inputs, &mut **evaluator);
                 let mut image_and_count = image.lock().unwrap_or_else(PoisonError::into_inner);
                 let (image, tiles) = &mut *image_and_count;

@@ -9,6 +9,7 @@
 use super::entry::{DirectionalBounds, directional_bounds};
 use super::{LeafRays, Marcher, active_lanes, active_lanes_body, whole_chunks};
 use crate::cells::Cell;
+use crate::cells::gradient_slack::{clamped_slope, with_slack};
 use crate::cpu::march::outcome;
 use crate::cpu::ray_tasks::lane_ray;
 use crate::cpu::{AabbLanes, Evaluator, F32x64, GradientRangeLanes, LANES, RangeLanes};
@@ -111,6 +112,8 @@ multiversion! {
 fn segment_boxes_body(block: &LeafRays, count: usize, boxes: &mut AabbLanes) {
     for i in 0..whole_chunks(count) {
         let (origin, direction) = lane_ray!(block, i);
+        // Rounding keeps the order of points along a ray, so the box of its ends contains all points between
+        // them.
         let from = camera::point_along::<f32>(origin, direction, block.t.0[i]).to_array();
         let to = camera::point_along::<f32>(origin, direction, segment_end(block, i)).to_array();
         for axis in 0..3 {
@@ -236,17 +239,9 @@ fn begin_segments_body(
         let side = block.side.0[i];
         let (from, to) = (block.t.0[i], segment_end(block, i));
         let gradient = [x, y, z].map(|[low, high]| [low.0[i], high.0[i]]);
-        let square = |[low, high]: [f32; 2]| {
-            let max_abs = Real::max(low.abs(), high.abs());
-            max_abs * max_abs
-        };
-        // As for the bounds of cells, this covers more than the rounding of gradients.
-        let slope =
-            (square(gradient[0]) + square(gradient[1]) + square(gradient[2])).sqrt() * 1.001;
+        let (slope, gradient) = with_slack(gradient);
         let is_bounded = slope < f32::INFINITY;
-        let slack = slope * 1e-3;
-        let gradient = gradient.map(|[low, high]| [low - slack, high + slack]);
-        let local = directional_bounds((slope.clamp(1e-6, 1.0), Some(gradient)), direction, side);
+        let local = directional_bounds((clamped_slope(slope), Some(gradient)), direction, side);
         let leaf = leaf_bounds(cell, block, i);
         let is_open = (block.is_open.0[i] > 0.0) & is_bounded;
         let nearest = if side > 0.0 {
@@ -301,14 +296,7 @@ fn leave_segments_body(cell: &Cell, count: usize, block: &mut LeafRays) -> u64 {
             continue;
         }
         block.outcome.0[i] = outcome::ACTIVE;
-        block.t.0[i] = exit;
-        block.t_before.0[i] = exit;
-        block.field.0[i] = 0.0;
-        block.field_before.0[i] = 0.0;
-        block.step.0[i] = 0.0;
-        block.trend.0[i] = -1.0;
-        let leaf = leaf_bounds(cell, block, i);
-        set_bounds(block, i, true, leaf, block.leaf_exit_t.0[i]);
+        pass(cell, block, i, true, exit);
     }
     active_lanes_body(block)
 }
