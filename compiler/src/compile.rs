@@ -191,16 +191,15 @@ pub(crate) fn compile_with(
             Some((graph, Purpose::LeafIds))
         }
         None if materials > 1 => {
-            let purpose = Purpose::Surface;
             let (graph, _) = lower(
                 &mut scene,
                 root,
-                purpose,
+                Purpose::Surface,
                 &mut slopes,
                 &mut uniforms,
                 &mut bounds_for_all_params,
             );
-            Some((graph, purpose))
+            Some((graph, Purpose::Surface))
         }
         None => None,
     };
@@ -257,6 +256,7 @@ pub(crate) fn compile_with(
         &mut scene,
         fallback,
         ([bounds, bounds_for_all], current_bounds),
+        slopes.uses_estimates,
         &mut uniforms,
     );
     let mut module = Module {
@@ -392,6 +392,7 @@ fn build_settings(
     scene: &mut Scene,
     fallback: MaterialId,
     ([bounds, reach], found): ([Bounds; 2], CurrentBounds),
+    has_estimated_slopes: bool,
     uniforms: &mut Uniforms,
 ) -> Settings {
     let expressions = &scene.expressions;
@@ -449,6 +450,7 @@ fn build_settings(
         subject: None,
         bounds_for_all_params: reach,
         current_bounds: found,
+        has_estimated_slopes,
         time: 0.0,
         material,
         material_id: fallback.0,

@@ -17,6 +17,7 @@ mod paint;
 mod step;
 
 use crate::analysis::bounds::ShapeBounds;
+use crate::analysis::param_ranges::ParamRanges;
 use crate::analysis::slope::ShapeSlopes;
 use crate::expression::{ExprId, Expression, Expressions};
 use crate::graph::{Graph, GraphNode, GraphNumber, NodeId, Origin, Purpose};
@@ -206,22 +207,23 @@ impl Lowering<'_> {
             Some(outer) => compose(&mut self.scene.expressions, &matrix, &outer),
             None => matrix,
         };
-        let linear =
-            [0, 1, 2, 4, 5, 6, 8, 9, 10].map(|i| self.scene.expressions.as_constant(matrix[i]));
-        let stretch = linear.iter().flatten().map(|v| v * v).sum::<f64>() / 3.0;
-        let map: Option<Vec<f64>> = matrix
-            .iter()
-            .map(|&id| self.scene.expressions.as_constant(id))
-            .collect();
-        let region = map.map_or(Bounds::ALL_SPACE, |map| {
-            let row = |r: usize| std::array::from_fn(|column| map[4 * r + column]);
-            local_point.region.mapped(&[row(0), row(1), row(2)])
-        });
+        let ranges = ParamRanges::for_scene(SceneRef::from(&*self.scene));
+        let rows = matrix.map(|id| ranges.number(&self.scene.expressions, id));
+        let linear = (0..12).filter(|i| i % 4 != 3).map(|i| rows[i]);
+        let mean_square = linear
+            .map(|range| range.lo.abs().max(range.hi.abs()).powi(2))
+            .sum::<f64>()
+            / 3.0;
+        // A live scale without a limit says nothing about sizes.
+        let stretch = match mean_square.is_normal() {
+            true => mean_square.sqrt(),
+            false => 1.0,
+        };
         LocalPoint {
             base: local_point.base,
             transform: Some(transform),
-            unit: local_point.unit * stretch.sqrt(),
-            region,
+            unit: local_point.unit * stretch,
+            region: local_point.region.mapped_within(&rows),
             ..local_point
         }
     }

@@ -161,11 +161,12 @@ impl TapeRange {
 pub struct Cell {
     /// Box of the cell.
     pub region: Aabb,
-    /// Bound of the field's slope in the cell, at most one.
+    /// Bound of the field's slope in the cell. Where none is known, it is one, as for the whole program.
     pub slope: f32,
     /// Bounds of the field's gradient in the cell, along each axis, if they are known.
     pub gradient: Option<[[f32; 2]; 3]>,
-    /// Set where the field may have a discontinuity in the cell: its gradient is unbounded there.
+    /// Set where the field may have a discontinuity in the cell, or a slope without a bound: its gradient is unbounded
+    /// there.
     pub may_be_discontinuous: bool,
     tape: TapeRange,
     /// Number of consecutive levels that removed less than a tenth of their parents' tapes.
@@ -213,6 +214,8 @@ pub struct Cells {
     over_budget_count: usize,
     /// Set where the field may have a discontinuity in the root cell.
     may_be_discontinuous: bool,
+    /// Bound of the program's slope; infinite if only an estimate is known.
+    max_slope: f32,
 }
 
 impl Cells {
@@ -224,8 +227,12 @@ impl Cells {
     pub fn split(&self) -> CellSplit {
         self.split
     }
-    /// Reports whether the field may have a discontinuity in the root cell. Empty spheres are then valid only
-    /// within their cell.
+    /// Returns the bound of the program's slope; infinite if only an estimate is known.
+    pub(crate) fn max_slope(&self) -> f32 {
+        self.max_slope
+    }
+    /// Reports whether the field may have a discontinuity in the root cell, or a slope without a bound. Empty spheres
+    /// are then valid only within their cell.
     pub fn may_be_discontinuous(&self) -> bool {
         self.may_be_discontinuous
     }

@@ -230,10 +230,23 @@ impl RenderSettings {
 pub struct FieldFacts {
     /// Set if the slope of the field may differ from about one, because it contains raw fields.
     pub is_raw: bool,
+    /// Set if the slope may exceed one, because only an estimate of it is known.
+    pub has_estimated_slopes: bool,
     /// The bounding box of the solid.
     pub bounds: sdfc_vm::bounds::Bounds,
     /// The material, if there is only one and it is the same everywhere.
     pub material: Option<Surface>,
+}
+
+impl FieldFacts {
+    /// Returns the bound of the field's slope; infinite if only an estimate is known.
+    pub(crate) fn max_slope(&self) -> f32 {
+        if self.has_estimated_slopes {
+            f32::INFINITY
+        } else {
+            1.0
+        }
+    }
 }
 
 /// The surface at each pixel, row after row.

@@ -182,6 +182,7 @@ pub fn resolve(
 pub fn field_facts(module: &Module, uniform_values: &[f64]) -> FieldFacts {
     FieldFacts {
         is_raw: module.distance.has_raw_fields(),
+        has_estimated_slopes: module.settings.has_estimated_slopes,
         bounds: *module.settings.clip_bounds(),
         material: module
             .surface

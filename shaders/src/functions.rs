@@ -77,7 +77,9 @@ functions! {
         t, field, trend, t_before, field_before, half_pixel, far
     );
     is_settled = marching::is_settled(t, field, t_other, field_other, rounding, is_raw);
-    next_estimate = marching::next_estimate(t, field, t_other, field_other, rounding, is_raw);
+    next_estimate = marching::next_estimate(
+        t, field, t_other, field_other, rounding, is_raw, count
+    );
     secant_estimate = marching::secant_estimate(t, field, t_other, field_other);
     secant_step = marching::secant_step(t, field, t_other, field_other, estimate, field_at_estimate)
         -> Bracket { t, field, t_other, field_other };

@@ -128,10 +128,12 @@ const MAX_ACCEPTED_HALF_PIXELS: f64 = 2.0;
 const MAX_ACCEPTED_FALLING_HALF_PIXELS: f64 = 8.0;
 /// Maximum distance of the last sample from the root, in units of [`side_distance`].
 const MAX_SETTLED_SIDE_DISTANCES: f64 = 1.5;
+/// Number of secant steps after which every second one halves the bracket of a raw field.
+const FREE_SECANT_STEPS: f64 = 4.0;
 /// Distance from a root at which the sign is certain, in units of the field's rounding error.
 const SIDE_ROUNDINGS: f64 = 2.0;
 /// Maximum number of secant steps.
-pub const MAX_SECANT_STEPS: u32 = 24;
+pub const MAX_SECANT_STEPS: u32 = 32;
 
 /// State of a ray after a step.
 #[derive(Clone, Copy, Debug)]
@@ -395,8 +397,7 @@ pub fn sample_point<R: Real>(
 ) -> R::Vec3 {
     let is_probe = lit::<R>(0.5).less(is_probe);
     let point = origin + direction * (t + R::select(is_probe, lit(0.0), step));
-    let max_distance = half_pixel * lit(MAX_PROBE_HALF_PIXELS);
-    let distance = (rounding_at(t, rounding) * lit(PROBE_ROUNDINGS)).min(max_distance);
+    let distance = probe_distance(t, half_pixel, rounding);
     let ahead = R::select(is_probe, distance, lit(0.0)).named("ahead");
     let count = probe_count(trend).named("count");
     let is_rotated = lit::<R>(1.5).less(count);
@@ -417,6 +418,19 @@ pub fn sample_point<R: Real>(
         mirrored(point.y(), offset.y(), low.y(), high.y()),
         mirrored(point.z(), offset.z(), low.z(), high.z()),
     )
+}
+
+/// Returns the distance of a probe at `t` along the ray, and beside it.
+#[inline(always)]
+fn probe_distance<R: Real>(t: R, half_pixel: R, rounding: R) -> R {
+    let max_distance = half_pixel * lit(MAX_PROBE_HALF_PIXELS);
+    (rounding_at(t, rounding) * lit(PROBE_ROUNDINGS)).min(max_distance)
+}
+
+/// Returns the distance from a ray within which all its probes up to `t` lie, along each axis.
+#[inline(always)]
+pub fn probe_margin<R: Real>(t: R, half_pixel: R, rounding: R) -> R {
+    probe_distance(t, half_pixel, rounding) * lit(2.0)
 }
 
 /// Returns the depth below zero from which on a point is inside: a multiple of the field's rounding error.
@@ -535,7 +549,8 @@ pub fn is_settled<R: Real>(
 ///
 /// It lies before the secant estimate, far enough for the field to be above zero by more than rounding. Where
 /// it is not, there is an earlier root. At the foot of a wall, a line may lead through the wall, into the
-/// plate below it.
+/// plate below it. `count` is the number of samples in the bracket so far. If there are many and slopes are unknown
+/// (`is_raw` is 1), every second sample halves the bracket: where another surface begins in it, lines say little.
 #[inline(always)]
 pub fn next_estimate<R: Real>(
     t: R,
@@ -544,6 +559,7 @@ pub fn next_estimate<R: Real>(
     field_other: R,
     rounding: R,
     is_raw: R,
+    count: R,
 ) -> R {
     let width = (t_other - t).named("width");
     let change = (field_other - field).abs().named("change");
@@ -553,7 +569,11 @@ pub fn next_estimate<R: Real>(
     let estimate = (root - side_distance).max(t.min(t_other)).named("estimate");
     let is_short = (estimate - t).abs().less(side_distance);
     let fraction = (side_distance / width.abs().max(lit(1e-30))).min(lit(0.5));
-    R::select(is_short, t + width * fraction, estimate)
+    let is_even = (count * lit(0.5)).fract().less(lit(0.25));
+    let is_late = R::and(lit::<R>(FREE_SECANT_STEPS - 0.5).less(count), is_even);
+    let halves = R::and(is_late, lit::<R>(0.5).less(is_raw));
+    let by_line = R::select(is_short, t + width * fraction, estimate);
+    R::select(halves, t + width * lit(0.5), by_line)
 }
 
 /// Returns the distance from a root at which the sign is certain: [`SIDE_ROUNDINGS`] along a ray whose field
@@ -604,7 +624,13 @@ pub fn secant_step<R: Real>(
     estimate: R,
     field_at_estimate: R,
 ) -> Bracket<R> {
-    let same_sign = lit::<R>(0.0).less(field * field_at_estimate);
+    // Zero is outside: a field may underflow along all of the bracket but its end.
+    let is_inside = field.less(lit(0.0));
+    let is_estimate_inside = field_at_estimate.less(lit(0.0));
+    let same_sign = R::or(
+        R::and(is_inside, is_estimate_inside),
+        R::not(R::or(is_inside, is_estimate_inside)),
+    );
     let remaining = lit::<R>(1.0) - field_at_estimate / R::select(same_sign, field, lit(1.0));
     let scale = R::select(lit::<R>(0.0).less(remaining), remaining, lit(0.5)).named("scale");
     Bracket {

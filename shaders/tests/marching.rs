@@ -60,13 +60,14 @@ impl Rays {
     /// Returns the root between two points of which one is inside, as the engines find it.
     fn root_between(self, field: impl Fn(f32) -> f32, ends: [(f32, f32); 2]) -> f32 {
         let [(mut t, mut value), (mut other, mut value_other)] = ends;
-        for _ in 0..marching::MAX_SECANT_STEPS {
+        for steps in 0..marching::MAX_SECANT_STEPS {
+            let (steps, is_raw) = (steps as f32, self.is_raw);
             let rounding = marching::rounding_at(t, self.rounding);
-            if marching::is_settled(t, value, other, value_other, rounding, self.is_raw) > 0.0 {
+            if marching::is_settled(t, value, other, value_other, rounding, is_raw) > 0.0 {
                 break;
             }
             let guess =
-                marching::next_estimate(t, value, other, value_other, rounding, self.is_raw);
+                marching::next_estimate(t, value, other, value_other, rounding, is_raw, steps);
             let best = marching::secant_step(t, value, other, value_other, guess, field(guess));
             (t, value, other, value_other) = (best.t, best.field, best.t_other, best.field_other);
         }
@@ -243,8 +244,28 @@ fn secant_steps_find_the_root() {
     ] {
         let guess = marching::secant_estimate(1.0, field, 0.5, other);
         assert!((0.5..=1.0).contains(&guess), "{field}, {other}: {guess}");
-        let next = marching::next_estimate(1.0, field, 0.5, other, 1e-6, 1.0);
-        assert!((0.5..=1.0).contains(&next), "{field}, {other}: {next}");
+        for steps in [0.0, 6.0] {
+            let next = marching::next_estimate(1.0, field, 0.5, other, 1e-6, 1.0, steps);
+            assert!((0.5..=1.0).contains(&next), "{field}, {other}: {next}");
+        }
+    }
+}
+
+/// Before a floor, a field that was divided by a large bound is nearly zero. The root is that of the floor, within less
+/// than the depth at which materials are read.
+#[test]
+fn roots_behind_a_flat_field_are_found() {
+    for flat in [1e-4, 1e-6, 6e-9, 1e-20, 0.0] {
+        for root in [0.13, 0.5, 0.88_f32] {
+            let (start, width) = (74.0, 0.05);
+            let root = start + width * root;
+            let field = |t: f32| f32::min(flat, (root - t) * 0.045);
+            let end = start + width;
+            let found = between(field, [(end, field(end)), (start, field(start))]);
+            let rounding = marching::rounding_at(root, 2e-7);
+            let error = (found - root).abs() / rounding;
+            assert!(error < 8.0, "{flat}, {root}: {error}");
+        }
     }
 }
 

@@ -233,6 +233,7 @@ impl SplitRule for DownToSide {
 /// are kept.
 fn cube([low, high]: [f32; 2], rule: &DownToSide) -> CellSpec<'_> {
     CellSpec {
+        max_slope: 1.0,
         region: Aabb {
             low: [low; 3],
             high: [high; 3],

@@ -1,5 +1,6 @@
 //! Axis-aligned bounding boxes, finite or not.
 
+use crate::interval::Interval;
 use glam::DVec3;
 
 /// A bounding box of a solid. It is empty if a lower corner exceeds the upper one, and may be infinite.
@@ -147,5 +148,27 @@ impl Bounds {
             result.max[axis] = hi;
         }
         result
+    }
+    /// Returns a bounding box of the images of a box under all maps whose rows lie within ranges.
+    pub fn mapped_within(&self, rows: &[Interval; 12]) -> Self {
+        if rows.iter().all(|range| range.lo == range.hi) {
+            let row = |row: usize| std::array::from_fn(|column| rows[4 * row + column].lo);
+            return self.mapped(&[row(0), row(1), row(2)]);
+        }
+        if self.is_empty() {
+            return Self::ALL_SPACE;
+        }
+        let coordinate = |row: usize| {
+            let term = |axis: usize| match rows[4 * row + axis] {
+                Interval { lo: 0.0, hi: 0.0 } => Interval::point(0.0),
+                factor => factor * Interval::between(self.min[axis], self.max[axis]),
+            };
+            term(0) + term(1) + term(2) + rows[4 * row + 3]
+        };
+        let coordinates = [0, 1, 2].map(coordinate);
+        Self {
+            min: coordinates.map(|range| range.lo),
+            max: coordinates.map(|range| range.hi),
+        }
     }
 }

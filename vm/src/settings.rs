@@ -60,6 +60,8 @@ pub struct Settings {
     pub bounds_for_all_params: Bounds,
     /// Bounding box of the solid for one assignment of the parameters.
     pub current_bounds: CurrentBounds,
+    /// Set if a field is divided by an estimate of its slope, since no bound is known.
+    pub has_estimated_slopes: bool,
     /// The time of the current values.
     pub time: f64,
     /// The default material: albedo, roughness, emission, metallic. It applies if there is no surface

@@ -45,6 +45,9 @@ const EXPONENT_RANGE: f64 = 8.0;
 const REGION_MARGIN: f64 = 0.01;
 /// Half side of the cube that contains all rays, in sizes of the scene.
 const RAY_HALF_SIDE: f64 = 1e6;
+/// Half side of the cube that contains most rays, in the same unit. Where no bound holds in all of it, the slope counts as
+/// estimated.
+const MIN_BOUNDED_RATIO: f64 = 64.0;
 
 impl Lowering<'_> {
     /// Converts a written value of a shape to a safe step to its surface.
@@ -327,8 +330,9 @@ impl Lowering<'_> {
                 false => self.outer_slope(id, &region),
             };
             let outer = bound.max(inner).min(global_slope);
-            // Values that grow ever faster need no bound.
+            // Values that grow ever faster are too steep to march by any bound.
             if outer >= MAX_SLOPE {
+                self.slopes.uses_estimates |= ratio < MIN_BOUNDED_RATIO;
                 break;
             }
             cubes.push(Cube {
@@ -370,6 +374,7 @@ impl Lowering<'_> {
         if slope.is_finite() {
             return slope.max(MIN_SLOPE);
         }
+        self.slopes.uses_estimates = true;
         let scene_ref = SceneRef::from(&*self.scene);
         let guess = self.slopes.estimate(scene_ref, self.boxes, id, region);
         if self.unbounded.insert(id) {

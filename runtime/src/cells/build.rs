@@ -32,6 +32,8 @@ pub struct CellSpec<'a> {
     pub band: f32,
     /// Decides which cells are split.
     pub rule: &'a dyn SplitRule,
+    /// Bound of the program's slope; infinite if only an estimate is known.
+    pub max_slope: f32,
 }
 
 /// Builds the cells of a program.
@@ -45,6 +47,7 @@ pub fn build(program: &Program, tape: &Tape, spec: &CellSpec<'_>) -> Cells {
         root: 0,
         over_budget_count: 0,
         may_be_discontinuous: false,
+        max_slope: spec.max_slope,
         cells: vec![Cell {
             region,
             slope: 1.0,
@@ -87,9 +90,13 @@ pub(super) fn split_levels(
     // Distances have a slope of one nearly everywhere. Only cells near the surface, with a band of zero, use
     // slopes.
     let slopes = spec.band == 0.0 && program.code.iter().any(divides_raw);
-    let check_discontinuities = slopes && program.code.iter().any(may_be_discontinuous);
+    let is_bounded = spec.max_slope < f32::INFINITY;
+    let check_discontinuities =
+        slopes && (!is_bounded || program.code.iter().any(may_be_discontinuous));
     cells.may_be_discontinuous = check_discontinuities
-        && Worker::new(program, tape).may_be_discontinuous(cells.region(), tape);
+        && (!is_bounded
+            || Worker::new(program, tape, spec.max_slope)
+                .may_be_discontinuous(cells.region(), tape));
     let analysis = CellAnalysis {
         slopes,
         discontinuities: check_discontinuities,
@@ -114,7 +121,7 @@ pub(super) fn split_levels(
             let chunks: Vec<&[SplitParent]> = batch.chunks(length.clamp(1, 64)).collect();
             let outputs = parallel_map_with(
                 chunks.len(),
-                || Worker::new(program, tape),
+                || Worker::new(program, tape, spec.max_slope),
                 |worker, chunk| worker.split_batch(cells, chunks[chunk], spec, analysis),
             );
             for output in outputs {
@@ -274,6 +281,7 @@ type SlopeAndGradient = (f32, Option<[[f32; 2]; 3]>);
 /// Evaluators and buffers of one thread.
 struct Worker<'a> {
     program: &'a Program,
+    max_slope: f32,
     tracer: Tracer,
     pruner: Pruner,
     gradient: TapeEvaluator<Dual<FloatInterval>>,
@@ -281,9 +289,10 @@ struct Worker<'a> {
 }
 
 impl<'a> Worker<'a> {
-    fn new(program: &'a Program, tape: &Tape) -> Self {
+    fn new(program: &'a Program, tape: &Tape, max_slope: f32) -> Self {
         let mut worker = Self {
             program,
+            max_slope,
             tracer: Tracer::new(tape),
             pruner: Pruner::default(),
             gradient: TapeEvaluator::new(tape.values, tape.points),
@@ -325,7 +334,8 @@ impl<'a> Worker<'a> {
         }
         let inputs = *boxes;
         let [mut low, mut high] = *self.tracer.run(self.program, tape, LANES);
-        let empty = |low: f32| low > 0.0 && low >= spec.band;
+        // Without a value below zero there is no surface, even where the field is zero.
+        let empty = |low: f32| low >= spec.band;
         let full = |high: f32| high < 0.0 && high <= -spec.band;
         let mut slopes_and_gradients = [(1.0, None); LANES];
         let slopes = analysis.slopes && self.is_raw(tape);
@@ -480,7 +490,7 @@ impl<'a> Worker<'a> {
             if !slope.is_finite() {
                 return (1.0, None);
             }
-            (clamped_slope(slope), Some(gradient))
+            (clamped_slope(slope, self.max_slope), Some(gradient))
         })
     }
 }

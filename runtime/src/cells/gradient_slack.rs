@@ -5,7 +5,7 @@ const SLOPE_SLACK: f32 = 1.001;
 /// Slack of the components of a gradient, relative to the slope.
 const COMPONENT_SLACK: f32 = 1e-3;
 /// Minimum slope: divisions by it must not overflow.
-const MIN_SLOPE: f32 = 1e-6;
+const MIN_SLOPE: f32 = 1e-20;
 
 /// Returns the slope bound and the bounds of a gradient's components, with slack. They are infinite or NaN
 /// where the gradient has no bound.
@@ -24,8 +24,8 @@ pub(crate) fn with_slack(gradient: [[f32; 2]; 3]) -> (f32, [[f32; 2]; 3]) {
     )
 }
 
-/// Returns a slope bound within the limits of programs, whose steps are safe.
+/// Returns a slope bound that is at most that of the whole program, and large enough to divide by.
 #[inline(always)]
-pub(crate) fn clamped_slope(slope: f32) -> f32 {
-    slope.clamp(MIN_SLOPE, 1.0)
+pub(crate) fn clamped_slope(slope: f32, max_slope: f32) -> f32 {
+    slope.clamp(MIN_SLOPE, max_slope)
 }

@@ -3,7 +3,7 @@
 use super::split_rule::{CpuLevels, PrunedLeafLimit, ScreenSpaceLeafLimit};
 use super::{Aabb, CellSpec, CellSplit};
 use crate::render::plane::face_on_plane;
-use crate::render::{CellMode, PixelPlane, RenderJob};
+use crate::render::{CellMode, FieldFacts, PixelPlane, RenderJob};
 use glam::Vec3;
 use sdfc_shaders::layout::{self, FrameUniforms};
 use sdfc_vm::program::{Opcode, Program};
@@ -108,11 +108,13 @@ pub(crate) enum PacketCells {
 
 impl PacketCells {
     /// Returns the use of cells for rendering a tape.
-    pub(crate) fn for_job(job: &RenderJob, tape: &Tape) -> Self {
+    pub(crate) fn for_job(job: &RenderJob, tape: &Tape, facts: &FieldFacts) -> Self {
         let frame = &job.uniforms;
         let rays = frame.size[0] * frame.size[1] * frame.samples as f32;
         let clauses = tape.clauses.len();
         match job.cells {
+            // Only bounds in cells can prove that rays step over nothing.
+            _ if facts.has_estimated_slopes => Self::Always,
             CellMode::Never => Self::Never,
             CellMode::Always | CellMode::Cpu | CellMode::Gpu => Self::Always,
             CellMode::Auto if tape.lipschitz.is_bounded() && clauses >= MIN_CLAUSES => Self::Always,
@@ -190,6 +192,8 @@ impl CellRegion {
             split: self.split,
             band: self.band,
             rule: &self.rule,
+            // Devices do not use the slopes of cells.
+            max_slope: 1.0,
         }
     }
 

@@ -197,7 +197,7 @@ impl RenderField for CpuScene {
         self.facts
     }
     fn cell_layout(&self, job: &RenderJob) -> CellLayout {
-        match PacketCells::for_job(job, &self.tape) {
+        match PacketCells::for_job(job, &self.tape, &self.facts) {
             PacketCells::Never => CellLayout::None,
             PacketCells::Trial => *self.trial_layout.get_or_init(|| self.try_layouts(job)),
             PacketCells::Always => CellLayout::Fine,
@@ -222,6 +222,7 @@ impl RenderField for CpuScene {
             split: CellSplit::Volume,
             band: 0.0,
             rule: &pixels,
+            max_slope: self.facts.max_slope(),
         };
         let new_program = (&*self.distance, &*self.tape);
         let mut cached_cells = self
@@ -270,7 +271,9 @@ impl RenderField for CpuScene {
 impl CpuScene {
     /// Returns the counts of the cells of the last image.
     fn cell_stats(&self, job: &RenderJob) -> CellStats {
-        if job.shows_plane() || PacketCells::for_job(job, &self.tape) == PacketCells::Never {
+        if job.shows_plane()
+            || PacketCells::for_job(job, &self.tape, &self.facts) == PacketCells::Never
+        {
             return CellStats::default();
         }
         let cached_cells = self
@@ -314,6 +317,7 @@ impl CpuScene {
             split: CellSplit::Volume,
             band: 0.0,
             rule: &pixels,
+            max_slope: self.facts.max_slope(),
         };
         let program = &*self.distance;
         trial::should_build_cells(program, &self.tape, &spec, &pixels)

@@ -250,6 +250,7 @@ pub(super) mod tests {
             high: [1.0; 3],
         };
         let spec = CellSpec {
+            max_slope: 1.0,
             region,
             split: CellSplit::Volume,
             band: f32::INFINITY,

@@ -84,6 +84,8 @@ pub(super) struct Marcher {
     boxes: AabbLanes,
     range: RangeLanes,
     gradient_range: GradientRangeLanes,
+    /// Bound of the program's slope.
+    max_slope: f32,
     /// Number of leaves that packets were tested against, and of those that were entered.
     pub(super) visits: [u64; 2],
 }
@@ -133,6 +135,7 @@ impl Marcher {
         }
         self.hit_leaves.clear();
         self.hit_leaves.resize(LANES, NO_LEAF);
+        self.max_slope = cells.max_slope();
         let mut evaluations = 0;
         if !leaf_list.is_empty() && evaluator.is_raw() && is_axis_aligned(frame) {
             evaluations += self.cull_axis_aligned(cells.cell(0), items.len(), evaluator);
@@ -329,7 +332,7 @@ impl Marcher {
                 // Most rays that creep are culled at once.
                 let (gain, work) = if is_raw && steps > first_check {
                     let leaf = (cell_index, cell);
-                    self.bound_segments(leaf, active, count, evaluator)
+                    self.bound_segments(frame, leaf, active, count, evaluator)
                 } else {
                     (0.0, self.cull_by_interval(cell_index, count, evaluator))
                 };
@@ -414,14 +417,15 @@ impl Marcher {
             return 0;
         }
         let mut evaluations = 0;
-        for _ in 0..MAX_SECANT_STEPS {
-            let has_open = estimate_roots(frame, &self.roots, count, &mut self.points);
+        for steps in 0..MAX_SECANT_STEPS {
+            let steps = steps as f32;
+            let has_open = estimate_roots(frame, &self.roots, steps, count, &mut self.points);
             if !has_open {
                 break;
             }
             evaluator.distances_in_cell(cell, &self.points, count, &mut self.values);
             evaluations += count as u64;
-            refine_roots(frame, &self.values, count, &mut self.roots);
+            refine_roots(frame, &self.values, steps, count, &mut self.roots);
         }
         let block = &self.roots;
         for slot in 0..count {

@@ -48,7 +48,7 @@ impl RayTask for RootRefinement<'_> {
         block.t_other.0[lane] = ray.t_before;
         block.field_other.0[lane] = ray.field_before;
         block.estimate.0[lane] =
-            marching::next_estimate(t, field, other, field_other, rounding, frame.is_raw);
+            marching::next_estimate(t, field, other, field_other, rounding, frame.is_raw, 0.0);
         block.side.0[lane] = if ray.status & FROM_INSIDE != 0 {
             -1.0
         } else {
@@ -98,7 +98,7 @@ impl RayTask for RootRefinement<'_> {
             block.estimate.0[i] = if *ended {
                 marching::secant_estimate(t, field, other, field_other)
             } else {
-                marching::next_estimate(t, field, other, field_other, rounding, is_raw)
+                marching::next_estimate(t, field, other, field_other, rounding, is_raw, steps)
             };
             block.steps.0[i] = steps;
         }

@@ -178,6 +178,7 @@ impl<S: GpuScene> Engine for GpuEngine<S> {
             gpu_scene,
             facts: FieldFacts {
                 is_raw: false,
+                has_estimated_slopes: false,
                 bounds: Bounds::ALL_SPACE,
                 material: None,
             },

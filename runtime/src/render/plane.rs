@@ -37,6 +37,7 @@ impl PixelPlane {
 pub(crate) fn plane_of(settings: &RenderSettings) -> Option<PixelPlane> {
     let no_facts = FieldFacts {
         is_raw: false,
+        has_estimated_slopes: false,
         bounds: Bounds::ALL_SPACE,
         material: None,
     };

@@ -147,6 +147,7 @@ fn settings() -> Settings {
             params: vec![],
             time: 0.0,
         },
+        has_estimated_slopes: false,
         time: 0.0,
         material: constants([0.7, 0.4, 0.3, 0.5, 0.0, 0.0, 0.0, 0.0]),
         material_id: 3,

@@ -16,7 +16,9 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
         let rounding = rounding_at(bracket.t, frame.rounding);
         let is_raw = frame.is_raw;
         if is_settled(bracket.t, bracket.field, bracket.t_other, bracket.field_other, rounding, is_raw) > 0.0 { break; }
-        let estimate = next_estimate(bracket.t, bracket.field, bracket.t_other, bracket.field_other, rounding, is_raw);
+        let estimate = next_estimate(
+            bracket.t, bracket.field, bracket.t_other, bracket.field_other, rounding, is_raw, f32(n)
+        );
         let distance = scene_distance(point_along(camera.origin, camera.direction, estimate));
         ray.steps += 1u;
         if is_nan(distance) { break; }

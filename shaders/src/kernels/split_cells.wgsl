@@ -291,7 +291,7 @@ fn build_child(claim: ClaimedJob, lane: u32) -> ChildStats {
     let entry = claim.node * 64u + lane;
     let choices = claim.choices + lane;
     let range = field_range(job, choices, centre, half);
-    if range.x > 0.0 && range.x >= job_queue.params.band {
+    if range.x >= job_queue.params.band {
         nodes[entry] = job_queue.params.empty_word;
         return ChildStats();
     }

@@ -70,6 +70,7 @@ impl Field {
             &self.program,
             &self.tape,
             &CellSpec {
+                max_slope: 1.0,
                 region: self.region,
                 split: CellSplit::Volume,
                 band,

@@ -46,6 +46,8 @@ pub(crate) struct ShapeSlopes {
     capped: HashMap<(ShapeId, [u64; 6]), Option<CappedField>>,
     /// Steps on numbers with discontinuities, by the corners of their region.
     discontinuous_step: HashMap<(ExprId, [u64; 6], SlopeScope), Option<ExprId>>,
+    /// Set if a value was divided by less than a bound of its slope where rays may pass.
+    pub(crate) uses_estimates: bool,
 }
 
 /// Counterexample to a field's declared slope.
@@ -85,6 +87,7 @@ impl ShapeSlopes {
             tested: HashMap::new(),
             capped: HashMap::new(),
             discontinuous_step: HashMap::new(),
+            uses_estimates: false,
         }
     }
 
@@ -262,7 +265,8 @@ impl ShapeSlopes {
             }
             // The scale compensates for the stretch of the matrix; see `ShapeKind::Frame`.
             ShapeKind::Frame { child, matrix, .. } => {
-                let inner_region = self.region_in_frame(scene, matrix, region);
+                let rows = matrix.map(|id| self.range(scene, id));
+                let inner_region = region.mapped_within(&rows);
                 self.bound_in_region(scene, boxes, *child, &inner_region)
             }
             ShapeKind::Repeat { child, .. } => {
@@ -450,38 +454,6 @@ impl ShapeSlopes {
                 max: [p.x.hi, p.y.hi, p.z.hi],
             },
             OpResult::Value(_) => Bounds::ALL_SPACE,
-        }
-    }
-
-    /// Returns a region in the coordinates of an affine frame.
-    fn region_in_frame(
-        &mut self,
-        scene: SceneRef<'_>,
-        matrix: &[ExprId; 12],
-        region: &Bounds,
-    ) -> Bounds {
-        let rows = matrix.map(|id| self.range(scene, id));
-        if rows.iter().all(|range| range.lo == range.hi) {
-            let rows = rows.map(|range| range.lo);
-            return region.mapped(&std::array::from_fn(|row| {
-                std::array::from_fn(|column| rows[4 * row + column])
-            }));
-        }
-        let side = |axis: usize| Interval {
-            lo: region.min[axis],
-            hi: region.max[axis],
-        };
-        let coordinate = |row: usize| {
-            let term = |axis: usize| match rows[4 * row + axis] {
-                Interval { lo: 0.0, hi: 0.0 } => Interval::point(0.0),
-                factor => factor * side(axis),
-            };
-            term(0) + term(1) + term(2) + rows[4 * row + 3]
-        };
-        let coordinates = [0, 1, 2].map(coordinate);
-        Bounds {
-            min: coordinates.map(|range| range.lo),
-            max: coordinates.map(|range| range.hi),
         }
     }
 

@@ -11,13 +11,14 @@ use sdfc_vm::real::Real;
 
 multiversion! {
     /// Computes the points of the estimated roots. Reports whether any root is not yet settled.
-    pub(super) fn estimate_roots(frame: &FrameUniforms, roots: &Roots, count: usize, points: &mut Points) -> bool =
-        estimate_roots_body;
+    pub(super) fn estimate_roots(
+        frame: &FrameUniforms, roots: &Roots, steps: f32, count: usize, points: &mut Points,
+    ) -> bool = estimate_roots_body;
 }
 
-/// Returns the estimate of a root, clamped to its leaf.
+/// Returns the estimate of a root after a number of steps, clamped to its leaf.
 #[inline(always)]
-fn root_estimate(frame: &FrameUniforms, block: &Roots, i: usize) -> f32 {
+fn root_estimate(frame: &FrameUniforms, block: &Roots, steps: f32, i: usize) -> f32 {
     let rounding = marching::rounding_at(block.t.0[i], frame.rounding);
     let estimate = marching::next_estimate(
         block.t.0[i],
@@ -26,6 +27,7 @@ fn root_estimate(frame: &FrameUniforms, block: &Roots, i: usize) -> f32 {
         block.field_other.0[i],
         rounding,
         frame.is_raw,
+        steps,
     );
     Real::max(Real::min(estimate, block.high.0[i]), block.low.0[i])
 }
@@ -48,6 +50,7 @@ fn is_settled(frame: &FrameUniforms, block: &Roots, i: usize) -> bool {
 fn estimate_roots_body(
     frame: &FrameUniforms,
     block: &Roots,
+    steps: f32,
     count: usize,
     points: &mut Points,
 ) -> bool {
@@ -56,7 +59,7 @@ fn estimate_roots_body(
         let is_settled = is_settled(frame, block, i);
         has_open |= u32::from(!is_settled & (i < count));
         let (origin, direction) = lane_ray!(block, i);
-        let p = camera::point_along::<f32>(origin, direction, root_estimate(frame, block, i));
+        let p = camera::point_along::<f32>(origin, direction, root_estimate(frame, block, steps, i));
         store_point(points, i, p);
     }
     has_open != 0
@@ -64,12 +67,19 @@ fn estimate_roots_body(
 
 multiversion! {
     /// Applies the field's values at the estimates.
-    pub(super) fn refine_roots(frame: &FrameUniforms, values: &F32x64, count: usize, roots: &mut Roots) =
-        refine_roots_body;
+    pub(super) fn refine_roots(
+        frame: &FrameUniforms, values: &F32x64, steps: f32, count: usize, roots: &mut Roots,
+    ) = refine_roots_body;
 }
 
 #[inline(always)]
-fn refine_roots_body(frame: &FrameUniforms, values: &F32x64, count: usize, block: &mut Roots) {
+fn refine_roots_body(
+    frame: &FrameUniforms,
+    values: &F32x64,
+    steps: f32,
+    count: usize,
+    block: &mut Roots,
+) {
     let choice = ColumnChoice::new();
     for i in 0..whole_chunks(count) {
         let factor = 1.0 / block.slope.0[i];
@@ -79,7 +89,7 @@ fn refine_roots_body(frame: &FrameUniforms, values: &F32x64, count: usize, block
             block.field.0[i],
             block.t_other.0[i],
             block.field_other.0[i],
-            root_estimate(frame, block, i),
+            root_estimate(frame, block, steps, i),
             field,
         );
         // Settled roots stay, and an estimate without a value is not used.

@@ -8,12 +8,13 @@
 
 use super::entry::{DirectionalBounds, directional_bounds};
 use super::{LeafRays, Marcher, active_lanes, active_lanes_body, whole_chunks};
-use crate::cells::Cell;
 use crate::cells::gradient_slack::{clamped_slope, with_slack};
+use crate::cells::{Aabb, Cell};
 use crate::cpu::march::outcome;
 use crate::cpu::ray_tasks::lane_ray;
 use crate::cpu::{AabbLanes, Evaluator, F32x64, GradientRangeLanes, LANES, RangeLanes};
-use sdfc_shaders::camera;
+use sdfc_shaders::layout::FrameUniforms;
+use sdfc_shaders::{camera, marching};
 use sdfc_vm::multiversion;
 use sdfc_vm::real::Real;
 
@@ -47,6 +48,7 @@ impl Marcher {
     /// this lengthens steps, and the number of evaluations.
     pub(super) fn bound_segments(
         &mut self,
+        frame: &FrameUniforms,
         (cell_index, cell): (u32, &Cell),
         active: u64,
         count: usize,
@@ -63,6 +65,7 @@ impl Marcher {
         let (mut saved, mut rounds) = (0.0, 0.0);
         loop {
             segment_boxes(&self.leaf_rays, count, &mut self.boxes);
+            widen_boxes(frame, cell, &self.leaf_rays, count, &mut self.boxes);
             if !evaluator.ranges_in_cell(cell_index, &self.boxes, count, &mut self.range) {
                 return (0.0, evaluations);
             }
@@ -83,12 +86,20 @@ impl Marcher {
         }
         open_segments(&mut self.leaf_rays, LENGTH_STEPS);
         segment_boxes(&self.leaf_rays, count, &mut self.boxes);
+        widen_boxes(frame, cell, &self.leaf_rays, count, &mut self.boxes);
         let bounds = &mut self.gradient_range;
         if !evaluator.gradient_ranges_in_cell(cell_index, &self.boxes, count, bounds) {
             return (gain, evaluations);
         }
         evaluations += count as u64;
-        let gains = begin_segments(cell, bounds, active, count, &mut self.leaf_rays);
+        let gains = begin_segments(
+            cell,
+            self.max_slope,
+            bounds,
+            active,
+            count,
+            &mut self.leaf_rays,
+        );
         let gain = gain.max(gains / active.count_ones() as f32);
         (gain, evaluations)
     }
@@ -123,6 +134,36 @@ fn segment_boxes_body(block: &LeafRays, count: usize, boxes: &mut AabbLanes) {
     }
 }
 
+multiversion! {
+    /// Widens the boxes of segments by the distance of probes, within the leaf. A field that is zero in the contact of
+    /// two solids is negative beside it.
+    fn widen_boxes(
+        frame: &FrameUniforms, cell: &Cell, leaf_rays: &LeafRays, count: usize, boxes: &mut AabbLanes,
+    ) = widen_boxes_body;
+}
+
+#[inline(always)]
+fn widen_boxes_body(
+    frame: &FrameUniforms,
+    cell: &Cell,
+    block: &LeafRays,
+    count: usize,
+    boxes: &mut AabbLanes,
+) {
+    let Aabb { low, high } = cell.region;
+    for i in 0..whole_chunks(count) {
+        let t = segment_end(block, i);
+        let half = camera::half_pixel(t, frame.half_pixel_size, frame.half_pixel_growth);
+        let margin = marching::probe_margin(t, half, frame.rounding);
+        for axis in 0..3 {
+            // Rounding may put the ends of a segment outside.
+            let (from, to) = (boxes[axis].0[i], boxes[axis + 3].0[i]);
+            boxes[axis].0[i] = Real::min(from, Real::max(from - margin, low[axis]));
+            boxes[axis + 3].0[i] = Real::max(to, Real::min(to + margin, high[axis]));
+        }
+    }
+}
+
 /// Returns the distance at which a ray's segment ends.
 #[inline(always)]
 fn segment_end(block: &LeafRays, i: usize) -> f32 {
@@ -153,7 +194,8 @@ fn pass_segments_body(
         } else {
             -high.0[i]
         };
-        let is_clear = is_open & (nearest > 0.0);
+        // Without a value below zero there is no surface.
+        let is_clear = is_open & (nearest >= 0.0);
         let (from, to) = (block.t.0[i], segment_end(block, i));
         let is_last = to >= block.leaf_exit_t.0[i];
         let (length, base_step) = (to - from, block.base_step.0[i]);
@@ -171,7 +213,11 @@ fn pass_segments_body(
     [saved_steps, open_rays]
 }
 
-/// Moves a ray to the end of a segment, where it is as one that enters a leaf.
+/// Least value of a ray that was moved on: zero stands for a ray without a value.
+const MIN_VALUE: f32 = 1e-30;
+
+/// Moves a ray to the end of a segment, where it is as one that enters a leaf. But it keeps its last value, which
+/// decides on probes: a raw field may be near zero far from its surface.
 #[inline(always)]
 fn pass(cell: &Cell, block: &mut LeafRays, i: usize, is_clear: bool, to: f32) {
     let from = block.t.0[i];
@@ -185,11 +231,13 @@ fn pass(cell: &Cell, block: &mut LeafRays, i: usize, is_clear: bool, to: f32) {
     };
     block.t.0[i] = select(to, from);
     block.t_before.0[i] = select(to, block.t_before.0[i]);
-    block.field.0[i] = select(0.0, block.field.0[i]);
-    block.field_before.0[i] = select(0.0, block.field_before.0[i]);
+    let leaf = leaf_bounds(cell, block, i);
+    let value = block.field.0[i] * block.slope.0[i] / leaf.slope;
+    let value = Real::max(value, MIN_VALUE);
+    block.field.0[i] = select(value, block.field.0[i]);
+    block.field_before.0[i] = select(value, block.field_before.0[i]);
     block.step.0[i] = select(0.0, block.step.0[i]);
     block.trend.0[i] = select(-1.0, block.trend.0[i]);
-    let leaf = leaf_bounds(cell, block, i);
     set_bounds(block, i, moves, leaf, block.leaf_exit_t.0[i]);
 }
 
@@ -217,13 +265,14 @@ fn set_bounds(block: &mut LeafRays, i: usize, sets: bool, bounds: DirectionalBou
 multiversion! {
     /// Begins segments with slopes of their own. Returns the factors by which steps grow, summed over `active`.
     pub(super) fn begin_segments(
-        cell: &Cell, bounds: &GradientRangeLanes, active: u64, count: usize, leaf_rays: &mut LeafRays,
+        cell: &Cell, max_slope: f32, bounds: &GradientRangeLanes, active: u64, count: usize, leaf_rays: &mut LeafRays,
     ) -> f32 = begin_segments_body;
 }
 
 #[inline(always)]
 fn begin_segments_body(
     cell: &Cell,
+    max_slope: f32,
     [x, y, z, values]: &GradientRangeLanes,
     active: u64,
     count: usize,
@@ -241,7 +290,11 @@ fn begin_segments_body(
         let gradient = [x, y, z].map(|[low, high]| [low.0[i], high.0[i]]);
         let (slope, gradient) = with_slack(gradient);
         let is_bounded = slope < f32::INFINITY;
-        let local = directional_bounds((clamped_slope(slope), Some(gradient)), direction, side);
+        let local = directional_bounds(
+            (clamped_slope(slope, max_slope), Some(gradient)),
+            direction,
+            side,
+        );
         let leaf = leaf_bounds(cell, block, i);
         let is_open = (block.is_open.0[i] > 0.0) & is_bounded;
         let nearest = if side > 0.0 {
@@ -249,9 +302,15 @@ fn begin_segments_body(
         } else {
             -values[1].0[i]
         };
-        let value = block.field.0[i] * block.slope.0[i];
+        // The value of a ray that was moved on is that before its segment.
+        let is_value_here = block.step.0[i] > 0.0;
+        let value = if is_value_here {
+            block.field.0[i] * block.slope.0[i]
+        } else {
+            0.0
+        };
         let end_value = value - local.decrease_max * (to - from);
-        let is_clear = is_open & ((nearest > 0.0) | (end_value > 0.0));
+        let is_clear = is_open & ((nearest >= 0.0) | (end_value > 0.0));
         let takes = is_open & !is_clear & (local.slope < leaf.slope);
         let ratio = if takes {
             block.slope.0[i] / local.slope
