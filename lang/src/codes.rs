@@ -676,11 +676,12 @@ compiler proves that parts are flush, it removes the seam and reports nothing.
 
 W0501 "a slope that cannot be bounded" "\
 Each field is divided by a bound on its slope, so that no step of a ray crosses a surface. Near a
-pole (a division by a value that reaches zero, a root at zero) there is no bound. There, rays may
-step over the surface. A slope above 1e15 counts as unbounded. The root or the logarithm of both
-sides of the equation gives the same surface with a smaller slope. Discontinuous fields (`floor`,
-`%`, `if`) are marched piece by piece and need no bound. Exceptions are pieces with poles, and
-pieces under blends and offsets that depend on live parameters.
+pole (a division by a value that reaches zero, a root at zero) there is no bound, nor is there one in
+all of space for an exponential. Rays on a GPU may then step over the surface. The CPU bounds the
+slope piece by piece, except beside the pole. A slope above 1e15 counts as unbounded. The root or the
+logarithm of both sides of the equation gives the same surface with a smaller slope. Discontinuous
+fields (`floor`, `%`, `if`) are marched piece by piece and need no bound. Exceptions are pieces with
+poles, and pieces under blends and offsets that depend on live parameters.
 
     field(fn(p) => length(p) * sqrt(abs(p.x)) - 1)
     field(fn(p) => length(p) * sqrt(max(abs(p.x), 0.01)) - 1)

@@ -549,8 +549,8 @@ pub fn is_settled<R: Real>(
 ///
 /// It lies before the secant estimate, far enough for the field to be above zero by more than rounding. Where
 /// it is not, there is an earlier root. At the foot of a wall, a line may lead through the wall, into the
-/// plate below it. `count` is the number of samples in the bracket so far. If there are many and slopes are unknown
-/// (`is_raw` is 1), every second sample halves the bracket: where another surface begins in it, lines say little.
+/// plate below it. `count` is the number of samples in the bracket so far. Where another surface begins in it,
+/// lines say little. So for a field with unknown slopes (`is_raw` is 1), every second of many samples halves it.
 #[inline(always)]
 pub fn next_estimate<R: Real>(
     t: R,

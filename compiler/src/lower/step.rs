@@ -491,7 +491,7 @@ fn unbounded_warning(span: Span, guess: f64, advice: &[&str]) -> Diagnostic {
     );
     if guess < MAX_SLOPE {
         return warning
-            .primary("it may rise arbitrarily fast, so rays may step over it")
+            .primary("it may rise arbitrarily fast, so rays on a GPU may step over it")
             .help(join_alternatives(advice));
     }
     warning

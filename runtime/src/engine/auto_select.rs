@@ -1,5 +1,6 @@
 //! Default choice of an engine: a hardware GPU if there is one, else the CPU. A GPU that fails is replaced by
-//! the CPU, with the same image.
+//! the CPU, with the same image. Where only an estimate of a field's slope is known, the CPU draws: it alone proves
+//! that rays step over nothing.
 
 use super::open::open_on;
 use super::{Engine, EngineError, EngineKind, FieldSample, SceneInput};
@@ -25,27 +26,41 @@ pub fn open_auto_with(arithmetic: Arithmetic) -> Box<dyn Engine> {
 }
 
 /// Wraps an engine so that it switches permanently to the CPU when `engine` fails. This covers failures of
-/// its device, and limits that the CPU does not have.
+/// its device, and limits that the CPU does not have. Scenes with estimated slopes are drawn by the CPU.
 pub fn with_fallback(engine: Box<dyn Engine>) -> Box<dyn Engine> {
     Box::new(WithFallback {
         engine,
+        prover: None,
         scene: None,
     })
 }
 
 struct WithFallback {
     engine: Box<dyn Engine>,
+    /// The CPU, while it draws a scene with estimated slopes.
+    prover: Option<CpuEngine>,
     /// The scene that the CPU engine loads after a switch.
     scene: Option<(Module, Vec<f64>)>,
 }
 
 impl WithFallback {
+    /// Returns the engine that draws the present scene.
+    fn active(&self) -> &dyn Engine {
+        match &self.prover {
+            Some(prover) => prover,
+            None => &*self.engine,
+        }
+    }
+
     /// Runs `work`; if it fails for a reason that the CPU does not have, switches to the CPU and runs it
     /// again.
     fn attempt<R>(
         &mut self,
         mut work: impl FnMut(&mut dyn Engine) -> Result<R, EngineError>,
     ) -> Result<R, EngineError> {
+        if let Some(prover) = &mut self.prover {
+            return work(prover);
+        }
         let result = work(&mut *self.engine);
         let helps = matches!(
             result,
@@ -69,12 +84,14 @@ impl WithFallback {
 
 impl Engine for WithFallback {
     fn kind(&self) -> EngineKind {
-        self.engine.kind()
+        self.active().kind()
     }
     fn device(&self) -> String {
-        self.engine.device()
+        self.active().device()
     }
     fn load(&mut self, scene: &SceneInput<'_>) -> Result<(), EngineError> {
+        let needs_proof = scene.module.settings.has_estimated_slopes;
+        self.prover = needs_proof.then(|| self.prover.take().unwrap_or_default());
         self.scene = Some((scene.module.clone(), scene.uniform_values.to_vec()));
         self.attempt(|engine| engine.load(scene))
     }
@@ -112,12 +129,12 @@ impl Engine for WithFallback {
         self.attempt(|engine| engine.cells_at(settings, points))
     }
     fn benefits_from_guards(&self) -> bool {
-        self.engine.benefits_from_guards()
+        self.active().benefits_from_guards()
     }
     fn warm_up(&mut self, modes: &[Mode]) -> Result<(), EngineError> {
         self.attempt(|engine| engine.warm_up(modes))
     }
     fn pipelines_created(&self) -> u64 {
-        self.engine.pipelines_created()
+        self.active().pipelines_created()
     }
 }

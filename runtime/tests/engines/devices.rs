@@ -165,6 +165,23 @@ fn a_device_that_fails_in_the_middle_is_replaced_with_the_parameters_it_had() {
 }
 
 #[test]
+fn the_cpu_draws_what_only_it_can_prove() {
+    let Some(gpu) = gpu() else { return };
+    let mut engine = with_fallback(open_on(EngineKind::Interp, gpu));
+    let known = module(SPHERE, None);
+    let mut estimated = known.clone();
+    estimated.settings.has_estimated_slopes = true;
+    for (scene, kind) in [
+        (&known, EngineKind::Interp),
+        (&estimated, EngineKind::Cpu),
+        (&known, EngineKind::Interp),
+    ] {
+        picture(&mut *engine, scene).expect("it draws");
+        assert_eq!(engine.kind(), kind);
+    }
+}
+
+#[test]
 fn automatic_is_hardware_or_the_cpu() {
     let mut engine = open_auto();
     let scene = module(SPHERE, None);

@@ -59,7 +59,8 @@ fn estimate_roots_body(
         let is_settled = is_settled(frame, block, i);
         has_open |= u32::from(!is_settled & (i < count));
         let (origin, direction) = lane_ray!(block, i);
-        let p = camera::point_along::<f32>(origin, direction, root_estimate(frame, block, steps, i));
+        let p =
+            camera::point_along::<f32>(origin, direction, root_estimate(frame, block, steps, i));
         store_point(points, i, p);
     }
     has_open != 0
