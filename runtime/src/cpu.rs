@@ -42,8 +42,14 @@ pub trait RenderField: Sync {
     fn cell_layout(&self, _job: &RenderJob) -> CellLayout {
         CellLayout::None
     }
-    /// Returns the cells for a picture, unless there is nothing to see.
-    fn cells(&self, _job: &RenderJob, _layout: CellLayout) -> Option<Arc<Cells>> {
+    /// Returns the cells for a picture, unless there is nothing to see. If the cells to split had more clauses than
+    /// `max_split_clauses`, some are not split.
+    fn cells(
+        &self,
+        _job: &RenderJob,
+        _layout: CellLayout,
+        _max_split_clauses: u64,
+    ) -> Option<Arc<Cells>> {
         None
     }
     /// Returns the field at every pixel of a plane, as [`plane_quadtree::sample`] does, if that is profitable.

@@ -234,6 +234,7 @@ impl SplitRule for DownToSide {
 fn cube([low, high]: [f32; 2], rule: &DownToSide) -> CellSpec<'_> {
     CellSpec {
         max_slope: 1.0,
+        max_split_clauses: u64::MAX,
         region: Aabb {
             low: [low; 3],
             high: [high; 3],

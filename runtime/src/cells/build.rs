@@ -34,6 +34,8 @@ pub struct CellSpec<'a> {
     pub rule: &'a dyn SplitRule,
     /// Bound of the program's slope; infinite if only an estimate is known.
     pub max_slope: f32,
+    /// Maximum number of clauses of the cells that are split. Cells beyond it are not split.
+    pub max_split_clauses: u64,
 }
 
 /// Builds the cells of a program.
@@ -103,11 +105,17 @@ pub(super) fn split_levels(
     };
     // Clauses of discarded cells do not count against the limit.
     let clauses_before = cells.clause_count();
+    let mut split_clauses = 0;
     let mut next = Vec::new();
     for _ in 0..spec.split.max_levels() {
         let mut remaining = parents.as_slice();
         while !remaining.is_empty() {
-            if cells.cells.len() > MAX_CELLS || cells.clause_count() - clauses_before > MAX_CLAUSES
+            let (batch, others) = remaining.split_at(batch_within_budget(cells, remaining));
+            let batch_clauses = batch.iter().map(|parent| cells.tape(parent.cell).len());
+            split_clauses += batch_clauses.sum::<usize>() as u64;
+            if cells.cells.len() > MAX_CELLS
+                || cells.clause_count() - clauses_before > MAX_CLAUSES
+                || split_clauses > spec.max_split_clauses
             {
                 cells.over_budget_count += remaining.len() + next.len();
                 for parent in remaining.iter().chain(&next) {
@@ -115,7 +123,6 @@ pub(super) fn split_levels(
                 }
                 return;
             }
-            let (batch, others) = remaining.split_at(batch_within_budget(cells, remaining));
             remaining = others;
             let length = batch.len().div_ceil(rayon::current_num_threads() * 8);
             let chunks: Vec<&[SplitParent]> = batch.chunks(length.clamp(1, 64)).collect();

@@ -92,16 +92,22 @@ pub(crate) fn uses_cells(job: &RenderJob, program: &Program, tape: &Tape) -> boo
     }
 }
 
-/// Minimum number of rays times clauses for which cells are tried where slopes are not bounded. Measured: at
-/// a width of 64 pixels, examples and hard cases with such fields took 0.07 to 0.35 of the time without
-/// cells.
-const MIN_RAW_WORK: f32 = 1.2e6;
+/// Minimum number of rays times clauses for which cells that prune well need no trial of their work. Measured: at a
+/// width of 64 pixels, examples and hard cases took 0.07 to 0.35 of the time without cells.
+const MIN_PRUNED_WORK: f32 = 1.2e6;
+
+/// Reports whether a picture takes so much work that cells pay wherever they prune well.
+pub(crate) fn is_large(job: &RenderJob, tape: &Tape) -> bool {
+    let frame = &job.uniforms;
+    let rays = frame.size[0] * frame.size[1] * frame.samples as f32;
+    rays * tape.clauses.len() as f32 >= MIN_PRUNED_WORK
+}
 
 /// Use of cells in an engine whose rays go from cell to cell in packets.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum PacketCells {
     Never,
-    /// If a trial finds them profitable ([`super::trial`]).
+    /// If they prune well ([`super::trial`]), or a trial of work finds them profitable (`cpu/cell_trial.rs`).
     Trial,
     Always,
 }
@@ -109,8 +115,6 @@ pub(crate) enum PacketCells {
 impl PacketCells {
     /// Returns the use of cells for rendering a tape.
     pub(crate) fn for_job(job: &RenderJob, tape: &Tape, facts: &FieldFacts) -> Self {
-        let frame = &job.uniforms;
-        let rays = frame.size[0] * frame.size[1] * frame.samples as f32;
         let clauses = tape.clauses.len();
         match job.cells {
             // Only bounds in cells can prove that rays step over nothing.
@@ -119,8 +123,7 @@ impl PacketCells {
             CellMode::Always | CellMode::Cpu | CellMode::Gpu => Self::Always,
             CellMode::Auto if tape.lipschitz.is_bounded() && clauses >= MIN_CLAUSES => Self::Always,
             CellMode::Auto if tape.lipschitz.is_bounded() => Self::Never,
-            CellMode::Auto if rays * clauses as f32 >= MIN_RAW_WORK => Self::Trial,
-            CellMode::Auto => Self::Never,
+            CellMode::Auto => Self::Trial,
         }
     }
 }
@@ -194,6 +197,7 @@ impl CellRegion {
             rule: &self.rule,
             // Devices do not use the slopes of cells.
             max_slope: 1.0,
+            max_split_clauses: u64::MAX,
         }
     }
 

@@ -132,7 +132,7 @@ impl Engine for CpuEngine {
         if job.shows_plane() {
             return Ok(None);
         }
-        let cells = scene.cells(&job, scene.cell_layout(&job));
+        let cells = scene.cells(&job, scene.cell_layout(&job), u64::MAX);
         Ok(cells.map(|cells| points.par_iter().map(|&p| cells.info_at(p)).collect()))
     }
 
@@ -203,7 +203,12 @@ impl RenderField for CpuScene {
             PacketCells::Always => CellLayout::Fine,
         }
     }
-    fn cells(&self, job: &RenderJob, layout: CellLayout) -> Option<Arc<Cells>> {
+    fn cells(
+        &self,
+        job: &RenderJob,
+        layout: CellLayout,
+        max_split_clauses: u64,
+    ) -> Option<Arc<Cells>> {
         let frame = &job.uniforms;
         let (region, pixels) = match self.tape.lipschitz.is_bounded() {
             true => (
@@ -223,6 +228,7 @@ impl RenderField for CpuScene {
             band: 0.0,
             rule: &pixels,
             max_slope: self.facts.max_slope(),
+            max_split_clauses,
         };
         let new_program = (&*self.distance, &*self.tape);
         let mut cached_cells = self
@@ -292,7 +298,8 @@ impl CpuScene {
 impl CpuScene {
     /// Returns the layout of cells with the least work for a picture.
     fn try_layouts(&self, job: &RenderJob) -> CellLayout {
-        let layout = if self.is_pruning_profitable(job) {
+        let prunes_well = policy::is_large(job, &self.tape) && self.is_pruning_profitable(job);
+        let layout = if prunes_well {
             CellLayout::Fine
         } else {
             cell_trial::choose(self, job)
@@ -318,11 +325,12 @@ impl CpuScene {
             band: 0.0,
             rule: &pixels,
             max_slope: self.facts.max_slope(),
+            max_split_clauses: u64::MAX,
         };
         let program = &*self.distance;
         trial::should_build_cells(program, &self.tape, &spec, &pixels)
             && self
-                .cells(job, CellLayout::Fine)
+                .cells(job, CellLayout::Fine, u64::MAX)
                 .is_some_and(|cells| trial::should_use_cells(program, &cells))
     }
 

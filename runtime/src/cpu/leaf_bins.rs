@@ -251,6 +251,7 @@ pub(super) mod tests {
         };
         let spec = CellSpec {
             max_slope: 1.0,
+            max_split_clauses: u64::MAX,
             region,
             split: CellSplit::Volume,
             band: f32::INFINITY,

@@ -26,15 +26,17 @@ pub(super) struct CellTraversal {
 }
 
 impl CellTraversal {
-    /// Returns the cells of a picture in a layout, unless it has none.
+    /// Returns the cells of a picture in a layout, unless it has none. `max_split_clauses` limits the cells that are
+    /// split.
     pub(super) fn new(
         field: &dyn RenderField,
         job: &RenderJob,
         layout: CellLayout,
+        max_split_clauses: u64,
     ) -> Option<Self> {
         let cells = match layout {
             CellLayout::None => return None,
-            _ => field.cells(job, layout)?,
+            _ => field.cells(job, layout, max_split_clauses)?,
         };
         let leaf_bins = LeafBins::new(&cells, &job.uniforms);
         Some(Self { cells, leaf_bins })
@@ -206,7 +208,7 @@ impl Tile {
 /// Computes the surface at each pixel, tile by tile.
 pub(super) fn geometry(field: &dyn RenderField, job: &RenderJob) -> Geometry {
     let corners = corners(job);
-    let traversal = CellTraversal::new(field, job, field.cell_layout(job));
+    let traversal = CellTraversal::new(field, job, field.cell_layout(job), u64::MAX);
     let [width, height] = job.size.map(|n| n as usize);
     let result = Mutex::new(Geometry {
         depth: vec![f32::INFINITY; width * height],
@@ -256,7 +258,7 @@ pub(super) fn render(
     let stages = stages(&job.features);
     let corners = corners(job);
     let traversal = if stages.contains(&RenderStage::March) {
-        CellTraversal::new(field, job, field.cell_layout(job))
+        CellTraversal::new(field, job, field.cell_layout(job), u64::MAX)
     } else {
         None
     };

@@ -71,6 +71,7 @@ impl Field {
             &self.tape,
             &CellSpec {
                 max_slope: 1.0,
+                max_split_clauses: u64::MAX,
                 region: self.region,
                 split: CellSplit::Volume,
                 band,
