@@ -120,9 +120,8 @@ pub(crate) struct ShapeBounds {
 }
 
 impl ShapeBounds {
-    /// Creates a cache of boxes that hold for all values of the live parameters and the time. A shape
-    /// that reads one of them may be anywhere. Rays are clipped to these boxes, and slope bounds hold
-    /// within them.
+    /// Creates a cache of boxes that hold for all values of the live parameters and the time. A primitive or a map of
+    /// points that reads one of them may be anywhere. Rays are clipped to these boxes, and slope bounds hold within them.
     pub(crate) fn for_all_params() -> Self {
         Self {
             holds_for_all_params: true,
@@ -161,7 +160,7 @@ impl ShapeBounds {
                         ..
                     },
                 ) => self.bounds_by_rule(scene, *op, &[1.0], &[*child]),
-                (true, _) => Bounds::ALL_SPACE,
+                (true, kind) => self.bounds_over_ranges(scene, kind),
                 (false, _) => {
                     let rule_bounds = self.compute_bounds(scene, &shape.kind);
                     self.tightened(scene, ShapeId(index as u32), &rule_bounds)
@@ -170,6 +169,41 @@ impl ShapeBounds {
             self.bounds.push(bounds);
         }
         self.bounds[id.0 as usize]
+    }
+
+    /// Returns the box of a shape that depends on live parameters, for all their values.
+    fn bounds_over_ranges(&mut self, scene: SceneRef<'_>, kind: &ShapeKind) -> Bounds {
+        let ranges = ParamRanges::for_scene(scene);
+        match kind {
+            ShapeKind::Combine {
+                op,
+                children,
+                parameters,
+            } => {
+                let ranges: Vec<Interval> = parameters
+                    .iter()
+                    .map(|&id| ranges.number(scene.expressions, id))
+                    .collect();
+                // Boxes grow with the magnitudes of parameters, so the largest one is at an end.
+                let ends = [|range: &Interval| range.lo, |range: &Interval| range.hi];
+                let boxes = ends.map(|end| {
+                    let numbers: Vec<f64> = ranges.iter().map(end).collect();
+                    match numbers.iter().all(|v| v.is_finite()) {
+                        true => self.bounds_by_rule(scene, *op, &numbers, children),
+                        false => Bounds::ALL_SPACE,
+                    }
+                });
+                boxes[0].hull(&boxes[1])
+            }
+            ShapeKind::Frame { child, matrix, .. } => {
+                let rows = matrix.map(|id| ranges.number(scene.expressions, id));
+                match inverse_of_ranges(&rows) {
+                    Some(rows) => self.get(scene, *child).mapped_within(&rows),
+                    None => Bounds::ALL_SPACE,
+                }
+            }
+            _ => Bounds::ALL_SPACE,
+        }
     }
 
     /// Replaces the box of a shape.
@@ -684,6 +718,31 @@ pub(crate) fn inverse(m: &[f64]) -> Option<[[f64; 4]; 3]> {
         }
     }
     Some(rows)
+}
+
+/// Returns bounds of the matrices from the inner to the outer point, unless one of them may be singular.
+fn inverse_of_ranges(m: &[Interval; 12]) -> Option<[Interval; 12]> {
+    let entry = |row: usize, column: usize| m[4 * row + column];
+    let minor = |r: usize, c: usize| {
+        let (r1, r2, c1, c2) = ((r + 1) % 3, (r + 2) % 3, (c + 1) % 3, (c + 2) % 3);
+        entry(r1, c1) * entry(r2, c2) - entry(r1, c2) * entry(r2, c1)
+    };
+    let determinant = (0..3)
+        .map(|c| entry(0, c) * minor(0, c))
+        .fold(Interval::point(0.0), |sum, term| sum + term);
+    let excludes_zero = determinant.lo > 0.0 || determinant.hi < 0.0;
+    if !excludes_zero || determinant.magnitude().is_infinite() {
+        return None;
+    }
+    let mut rows = [Interval::point(0.0); 12];
+    for r in 0..3 {
+        for c in 0..3 {
+            rows[4 * r + c] = minor(c, r) / determinant;
+            rows[4 * r + 3] = rows[4 * r + 3] - rows[4 * r + c] * entry(c, 3);
+        }
+    }
+    let is_finite = rows.iter().all(|range| range.magnitude().is_finite());
+    is_finite.then_some(rows)
 }
 
 /// Returns the number that is added to a coordinate, where `id` is such a sum.

@@ -269,3 +269,51 @@ fn boxes_of_blends_follow_moved_groups() {
     }
     assert!(failures.is_empty(), "{}", failures.join("\n"));
 }
+
+/// The box for all values of live parameters contains that for each value, and is finite where transforms and widths of
+/// blends are live.
+#[test]
+fn boxes_for_all_params_contain_those_for_each_value() {
+    let field = "field(fn(p) => p.x * p.x + 2 * p.y * p.y + p.z * p.z - 0.4)";
+    for (range, shape) in [
+        ("0.5..=2", format!("{field}.scale(v)")),
+        (
+            "0.5..=2",
+            format!("({field} | box(0.5, 2, 1)).scale([1, v, 2])"),
+        ),
+        ("-1..=3", format!("{field}.translate(v, 1, -v)")),
+        (
+            "-1..=3",
+            "box(1).rotate(30deg, Y).translate(v, v, 0).rotate(40deg, X)".to_owned(),
+        ),
+        (
+            "0..=0.5",
+            format!("{field} |[v] sphere(0.3).translate(1, 0, 0)"),
+        ),
+        ("0..=0.5", format!("box(1, 2, 1) |[fillet, v] {field}")),
+        (
+            "0..=0.5",
+            format!("(box(1, 2, 1) -[v] {field}).translate(v, 0, 0)"),
+        ),
+    ] {
+        let bounds = |head: &str| {
+            let text = format!("{head};\n{shape}\n");
+            let (compiled, diagnostics) =
+                compile(crate::scene_with(&text, &[]), &Options::default());
+            let compiled = compiled.unwrap_or_else(|| panic!("{text}: {diagnostics:?}"));
+            compiled.module.settings
+        };
+        let (low, high) = range.split_once("..=").expect("a range");
+        let [low, high]: [f64; 2] = [low, high].map(|end| end.parse().expect("a number"));
+        let all = bounds(&format!("param v = {low} in {range}")).bounds_for_all_params;
+        assert!(all.is_finite(), "{shape}: {all:?}");
+        for fraction in [0.0, 0.3, 0.5, 0.8, 1.0] {
+            let value = low + (high - low) * fraction;
+            let one = bounds(&format!("let v = {value}")).bounds;
+            let contains = (0..3).all(|axis| {
+                all.min[axis] <= one.min[axis] + 1e-9 && one.max[axis] <= all.max[axis] + 1e-9
+            });
+            assert!(contains, "{shape} at {value}: {one:?} is not in {all:?}");
+        }
+    }
+}
