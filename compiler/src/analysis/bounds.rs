@@ -21,6 +21,7 @@ use sdfc_vm::row::{BoundsRule, Exactness};
 use sdfc_vm::table::Op;
 use sdfc_vm::vector::V3;
 use std::collections::HashMap;
+use std::ops::{Add, Div, Mul, Sub};
 
 /// Uniform numbers at the current parameters and time, each computed once, in the order of the graph.
 /// Numbers of point stage are NaN.
@@ -701,48 +702,47 @@ fn placement_numbers(kind: &ShapeKind) -> Vec<ExprId> {
 
 /// Returns the matrix from the inner to the outer point, unless it is singular.
 pub(crate) fn inverse(m: &[f64]) -> Option<[[f64; 4]; 3]> {
-    let entry = |row: usize, column: usize| m[4 * row + column];
-    let minor = |r: usize, c: usize| {
-        let (r1, r2, c1, c2) = ((r + 1) % 3, (r + 2) % 3, (c + 1) % 3, (c + 2) % 3);
-        entry(r1, c1) * entry(r2, c2) - entry(r1, c2) * entry(r2, c1)
-    };
-    let determinant: f64 = (0..3).map(|c| entry(0, c) * minor(0, c)).sum();
-    if !determinant.is_finite() || determinant == 0.0 {
-        return None;
-    }
-    let mut rows = [[0.0; 4]; 3];
-    for (r, row) in rows.iter_mut().enumerate() {
-        for c in 0..3 {
-            row[c] = minor(c, r) / determinant;
-            row[3] -= row[c] * entry(c, 3);
-        }
-    }
-    Some(rows)
+    let is_regular = |determinant: f64| determinant.is_finite() && determinant != 0.0;
+    let rows = inverse_if(m, is_regular)?;
+    let row = |row: usize| std::array::from_fn(|column| rows[4 * row + column]);
+    Some([row(0), row(1), row(2)])
 }
 
 /// Returns bounds of the matrices from the inner to the outer point, unless one of them may be singular.
 fn inverse_of_ranges(m: &[Interval; 12]) -> Option<[Interval; 12]> {
+    let is_regular = |determinant: Interval| {
+        let excludes_zero = determinant.lo > 0.0 || determinant.hi < 0.0;
+        excludes_zero && determinant.magnitude().is_finite()
+    };
+    let rows = inverse_if(m, is_regular)?;
+    let is_finite = rows.iter().all(|range| range.magnitude().is_finite());
+    is_finite.then_some(rows)
+}
+
+/// Returns the inverse of an affine matrix by its minors, if its determinant passes a test.
+fn inverse_if<T>(m: &[T], is_regular: impl Fn(T) -> bool) -> Option<[T; 12]>
+where
+    T: Copy + Default + Add<Output = T> + Sub<Output = T> + Mul<Output = T> + Div<Output = T>,
+{
     let entry = |row: usize, column: usize| m[4 * row + column];
     let minor = |r: usize, c: usize| {
         let (r1, r2, c1, c2) = ((r + 1) % 3, (r + 2) % 3, (c + 1) % 3, (c + 2) % 3);
         entry(r1, c1) * entry(r2, c2) - entry(r1, c2) * entry(r2, c1)
     };
-    let determinant = (0..3)
-        .map(|c| entry(0, c) * minor(0, c))
-        .fold(Interval::point(0.0), |sum, term| sum + term);
-    let excludes_zero = determinant.lo > 0.0 || determinant.hi < 0.0;
-    if !excludes_zero || determinant.magnitude().is_infinite() {
+    let term = |c: usize| entry(0, c) * minor(0, c);
+    let determinant = term(0) + term(1) + term(2);
+    if !is_regular(determinant) {
         return None;
     }
-    let mut rows = [Interval::point(0.0); 12];
+    let mut rows = [T::default(); 12];
     for r in 0..3 {
         for c in 0..3 {
-            rows[4 * r + c] = minor(c, r) / determinant;
-            rows[4 * r + 3] = rows[4 * r + 3] - rows[4 * r + c] * entry(c, 3);
+            let factor = minor(c, r) / determinant;
+            rows[4 * r + c] = factor;
+            rows[4 * r + 3] = rows[4 * r + 3] - factor * entry(c, 3);
         }
     }
-    let is_finite = rows.iter().all(|range| range.magnitude().is_finite());
-    is_finite.then_some(rows)
+    Some(rows)
 }
 
 /// Returns the number that is added to a coordinate, where `id` is such a sum.

@@ -46,6 +46,9 @@ impl ParamRanges {
 
     /// Returns the range of a uniform number.
     pub(crate) fn number(&self, expressions: &Expressions, id: ExprId) -> Interval {
+        if let Some(value) = expressions.as_constant(id) {
+            return Interval::point(value);
+        }
         let mut leaf = |id| UniformInput::Known(self.leaf(expressions, id));
         let mut number = BoxNumber::<Interval>::new(expressions, id, &mut leaf);
         number.eval(&Bounds::ALL_SPACE, &[])

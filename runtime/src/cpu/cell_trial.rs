@@ -1,9 +1,9 @@
 //! The cells that rays march through where only a trial tells which are profitable.
 //!
 //! Bounds for segments of rays may be profitable although pruning in cells is not ([`crate::cells::trial`]), and cells
-//! where they prune less. Some packets of the picture are marched without cells, in one
-//! cell that is not split, and in cells. Work is counted ([`super::work`]), not timed, so the choice is the same in every
-//! run. It is made with the first picture that takes enough work, and kept as long as edits do not change the instructions.
+//! where they prune less. Some packets of the picture are marched without cells, in one cell that is not split, and in
+//! cells. Work is counted ([`super::work`]), not timed, so the choice is the same in every run. It is made with the first
+//! picture, and kept as long as edits do not change the instructions.
 
 use super::RenderField;
 use super::leaf_bins::PACKET_SIDE;

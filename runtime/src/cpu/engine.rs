@@ -5,7 +5,7 @@ use super::evaluator::{CpuEvaluator, EvaluatedScene, MIN_ON_DEMAND_CLAUSES, MIN_
 use super::{CellLayout, Evaluator, LANES, RenderField, morton, plane_quadtree};
 use crate::cells::policy::{self, PacketCells};
 use crate::cells::split_rule::ScreenSpaceLeafLimit;
-use crate::cells::{self, CellInfo, CellSpec, CellSplit, Cells, trial};
+use crate::cells::{self, Aabb, CellInfo, CellSpec, CellSplit, Cells, trial};
 use crate::engine::{Engine, EngineError, EngineKind, FieldSample, SceneInput};
 use crate::render::plane::plane_of;
 use crate::render::{
@@ -222,14 +222,7 @@ impl RenderField for CpuScene {
             CellLayout::Whole => ScreenSpaceLeafLimit::WHOLE,
             CellLayout::Fine => pixels,
         };
-        let spec = CellSpec {
-            region,
-            split: CellSplit::Volume,
-            band: 0.0,
-            rule: &pixels,
-            max_slope: self.facts.max_slope(),
-            max_split_clauses,
-        };
+        let spec = self.spec(region, &pixels, max_split_clauses);
         let new_program = (&*self.distance, &*self.tape);
         let mut cached_cells = self
             .cached_cells
@@ -296,6 +289,23 @@ impl CpuScene {
 }
 
 impl CpuScene {
+    /// Returns the cells that rays march through, in a region and down to a limit.
+    fn spec<'a>(
+        &self,
+        region: Aabb,
+        rule: &'a ScreenSpaceLeafLimit,
+        max_split_clauses: u64,
+    ) -> CellSpec<'a> {
+        CellSpec {
+            region,
+            split: CellSplit::Volume,
+            band: 0.0,
+            rule,
+            max_slope: self.facts.max_slope(),
+            max_split_clauses,
+        }
+    }
+
     /// Returns the layout of cells with the least work for a picture.
     fn try_layouts(&self, job: &RenderJob) -> CellLayout {
         let prunes_well = policy::is_large(job, &self.tape) && self.is_pruning_profitable(job);
@@ -319,14 +329,7 @@ impl CpuScene {
         let Some((region, pixels)) = policy::raw_field_cells(&job.uniforms) else {
             return false;
         };
-        let spec = CellSpec {
-            region,
-            split: CellSplit::Volume,
-            band: 0.0,
-            rule: &pixels,
-            max_slope: self.facts.max_slope(),
-            max_split_clauses: u64::MAX,
-        };
+        let spec = self.spec(region, &pixels, u64::MAX);
         let program = &*self.distance;
         trial::should_build_cells(program, &self.tape, &spec, &pixels)
             && self

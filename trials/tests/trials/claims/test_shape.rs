@@ -42,7 +42,7 @@ pub(super) struct TestShape {
     pub(super) step: Program,
     /// Stated slope bounds of the written value.
     pub(super) slopes: Vec<StatedSlope>,
-    /// Set if the compiler warned that a slope bound is only estimated.
+    /// Set if the compiler states that a slope bound is only estimated where rays may pass.
     pub(super) has_estimated_bound: bool,
     /// Bounding box at the current values of the parameters.
     pub(super) bounds: Bounds,
@@ -166,11 +166,8 @@ impl TestShape {
         let has_known_values = !repeats_inexact_distances(&scene, id);
         scene.shapes.push(unnormalized);
         scene.root = Some(ShapeId(scene.shapes.len() as u32 - 1));
-        let (unnormalized, diagnostics) = compile(scene, &Options::default());
-        let mut unnormalized = unnormalized?;
-        let has_estimated_bound = diagnostics
-            .iter()
-            .any(|diagnostic| diagnostic.code == sdfc_lang::codes::W0501);
+        let mut unnormalized = compile(scene, &Options::default()).0?;
+        let has_estimated_bound = unnormalized.module.settings.has_estimated_slopes;
         let uniform_values = state.apply_to(&mut unnormalized);
         let size = largest_finite_coordinate(&bounds);
         let ray_range = Bounds::centred([RAY_RANGE_SIZES * size; 3]);
