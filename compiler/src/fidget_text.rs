@@ -5,11 +5,14 @@
 //! larger one where it does not fit. A file that does not read `var-z` is a 2-D shape.
 
 use crate::elaborate::{NoFiles, Options, elaborate};
-use crate::expression::{ExprId, Expressions};
+use crate::expression::{ExprId, Expression, Expressions};
 use crate::scene::{Scene, Shape, ShapeId, ShapeKind};
+use crate::uniforms::postorder;
 use sdfc_lang::{Diagnostic, FileId, Sources, Span, codes};
+use sdfc_vm::apply::{OpResult, apply, pack_parameters};
 use sdfc_vm::bounds::Bounds;
 use sdfc_vm::table::Op;
+use sdfc_vm::vector::V3;
 use std::collections::HashMap;
 
 /// Maximum number of clauses of a file.
@@ -118,9 +121,7 @@ fn cube_half_side(expressions: &Expressions, value: ExprId, is_2d: bool) -> f64 
                 [side, -side].into_iter().any(|s| {
                     let faces = [[s, a, b], [a, s, b], [a, b, s]];
                     let faces = if is_2d { &faces[..2] } else { &faces };
-                    faces
-                        .iter()
-                        .any(|p| crate::analysis::bounds::value_at(expressions, value, *p) < 0.0)
+                    faces.iter().any(|p| value_at(expressions, value, *p) < 0.0)
                 })
             })
         })
@@ -131,6 +132,39 @@ fn cube_half_side(expressions: &Expressions, value: ExprId, is_2d: bool) -> f64 
         .into_iter()
         .find(|&side| !extends_beyond(side))
         .unwrap_or(1.0)
+}
+
+/// Evaluates a number of point stage without parameters at a point.
+fn value_at(expressions: &Expressions, id: ExprId, point: [f64; 3]) -> f64 {
+    let order = postorder(expressions, id, |_| false);
+    let mut values: HashMap<ExprId, f64> = HashMap::with_capacity(order.len());
+    for id in order {
+        let value = |id: &ExprId| values[id];
+        let result = match expressions.get(id) {
+            Expression::Constant(value) => *value,
+            Expression::Coordinate(axis) => point[usize::from(*axis)],
+            Expression::Apply {
+                op,
+                point: None,
+                values: operands,
+                parameters,
+            } => {
+                let mut operand_values = [0.0; 3];
+                for (slot, id) in operand_values.iter_mut().zip(operands) {
+                    *slot = value(id);
+                }
+                let parameters: Vec<f64> = parameters.iter().map(value).collect();
+                let p = V3::new(0.0, 0.0, 0.0);
+                match apply::<f64>(*op, p, operand_values, &pack_parameters(*op, &parameters)) {
+                    OpResult::Value(value) => value,
+                    OpResult::Point(_) => f64::NAN,
+                }
+            }
+            _ => f64::NAN,
+        };
+        values.insert(id, result);
+    }
+    values[&id]
 }
 
 struct ClauseReader<'a> {
@@ -247,20 +281,16 @@ impl<'a> ClauseReader<'a> {
                 }
             }
         }
-        let e = &mut *self.expressions;
-        Ok(match find_operation(operation).expect("looked up above") {
-            ClauseOp::Row(op) => e.call(op, &values),
-            ClauseOp::Reciprocal => {
-                let one = e.constant(1.0);
-                e.call(Op::Div, &[one, values[0]])
-            }
-            ClauseOp::Compare => {
-                let less = e.call(Op::Less, &[values[0], values[1]]);
-                let more = e.call(Op::Less, &[values[1], values[0]]);
-                e.call(Op::Sub, &[more, less])
-            }
-        })
+        let operation = find_operation(operation).expect("looked up above");
+        Ok(operation.apply(self.expressions, &values))
     }
+}
+
+/// Returns 1 where the number is not zero, 0 elsewhere.
+fn is_not_zero(expressions: &mut Expressions, value: ExprId) -> ExprId {
+    let zero = expressions.constant(0.0);
+    let size = expressions.call(Op::Abs, &[value]);
+    expressions.call(Op::Less, &[zero, size])
 }
 
 /// Meaning of an operation's name.
@@ -268,15 +298,57 @@ impl<'a> ClauseReader<'a> {
 enum ClauseOp {
     Row(Op),
     Reciprocal,
+    /// The signs −1, 0 and 1 of a difference.
     Compare,
+    /// The least remainder that is not negative.
+    Remainder,
+    /// The second operand if both are not zero, else zero.
+    And,
+    /// The first operand that is not zero, else zero.
+    Or,
+    /// 1 for zero, else 0.
+    Not,
 }
 
 impl ClauseOp {
+    /// Adds the operation to a graph.
+    fn apply(self, e: &mut Expressions, values: &[ExprId]) -> ExprId {
+        match self {
+            Self::Row(op) => e.call(op, values),
+            Self::Reciprocal => {
+                let one = e.constant(1.0);
+                e.call(Op::Div, &[one, values[0]])
+            }
+            Self::Compare => {
+                let less = e.call(Op::Less, &[values[0], values[1]]);
+                let more = e.call(Op::Less, &[values[1], values[0]]);
+                e.call(Op::Sub, &[more, less])
+            }
+            Self::Remainder => {
+                let divisor = e.call(Op::Abs, &[values[1]]);
+                e.call(Op::Modulo, &[values[0], divisor])
+            }
+            Self::And => {
+                let is_true = is_not_zero(e, values[0]);
+                let zero = e.constant(0.0);
+                e.call(Op::Select, &[is_true, values[1], zero])
+            }
+            Self::Or => {
+                let is_true = is_not_zero(e, values[0]);
+                e.call(Op::Select, &[is_true, values[0], values[1]])
+            }
+            Self::Not => {
+                let is_true = is_not_zero(e, values[0]);
+                e.call(Op::Not, &[is_true])
+            }
+        }
+    }
+
     fn arity(self) -> usize {
         match self {
             ClauseOp::Row(op) => op.row().arity(),
-            ClauseOp::Reciprocal => 1,
-            ClauseOp::Compare => 2,
+            ClauseOp::Reciprocal | ClauseOp::Not => 1,
+            ClauseOp::Compare | ClauseOp::Remainder | ClauseOp::And | ClauseOp::Or => 2,
         }
     }
 }
@@ -312,12 +384,76 @@ const OPERATIONS: [(&str, ClauseOp); 30] = [
     ("ln", ClauseOp::Row(Op::Ln)),
     ("log", ClauseOp::Row(Op::Ln)),
     ("pow", ClauseOp::Row(Op::Pow)),
-    ("mod", ClauseOp::Row(Op::Modulo)),
+    ("mod", ClauseOp::Remainder),
     ("floor", ClauseOp::Row(Op::Floor)),
     ("ceil", ClauseOp::Row(Op::Ceil)),
     ("round", ClauseOp::Row(Op::Round)),
     ("compare", ClauseOp::Compare),
-    ("and", ClauseOp::Row(Op::And)),
-    ("or", ClauseOp::Row(Op::Or)),
-    ("not", ClauseOp::Row(Op::Not)),
+    ("and", ClauseOp::And),
+    ("or", ClauseOp::Or),
+    ("not", ClauseOp::Not),
 ];
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Returns the value of the last clause of a text at a point.
+    fn value(text: &str, point: [f64; 3]) -> f64 {
+        let mut sources = Sources::new();
+        let file = sources.add("part.vm", text);
+        let (scene, diagnostics) = parse_fidget_text(&sources, file);
+        let scene = scene.unwrap_or_else(|| panic!("{text}: {diagnostics:?}"));
+        let ShapeKind::Field { value, .. } = scene.shapes[0].kind else {
+            panic!("{text}: no field");
+        };
+        value_at(&scene.expressions, value, point)
+    }
+
+    /// Truth is "not zero", and remainders are never negative.
+    #[test]
+    fn operations_have_the_values_that_fidget_defines() {
+        for (operation, x, y, expected) in [
+            ("and", 2.0, -1.5, -1.5),
+            ("and", -0.5, 3.0, 3.0),
+            ("and", 0.0, 3.0, 0.0),
+            ("and", 3.0, 0.0, 0.0),
+            ("or", 2.0, -1.5, 2.0),
+            ("or", -0.5, 3.0, -0.5),
+            ("or", 0.0, 3.0, 3.0),
+            ("mod", 0.5, -0.7, 0.5),
+            ("mod", -0.5, -0.7, 0.2),
+            ("mod", -0.5, 0.7, 0.2),
+            ("mod", 5.5, 2.0, 1.5),
+            ("compare", 1.0, 2.0, -1.0),
+            ("compare", 2.0, 2.0, 0.0),
+            ("compare", 3.0, 2.0, 1.0),
+            ("atan2", 1.0, -1.0, 2.356_194_490_192_345),
+            ("pow", 2.0, 3.0, 8.0),
+        ] {
+            let text = format!("_0 var-x\n_1 var-y\n_2 {operation} _0 _1\n");
+            let result = value(&text, [x, y, 0.0]);
+            assert!(
+                (result - expected).abs() < 1e-12,
+                "{operation} {x} {y}: {result}"
+            );
+        }
+        for (operation, x, expected) in [
+            ("not", 0.0, 1.0),
+            ("not", 0.3, 0.0),
+            ("not", -2.0, 0.0),
+            ("recip", 4.0, 0.25),
+            ("round", 1.4, 1.0),
+            ("round", -1.6, -2.0),
+            ("ceil", -1.6, -1.0),
+            ("floor", -1.6, -2.0),
+        ] {
+            let text = format!("_0 var-x\n_1 {operation} _0\n");
+            let result = value(&text, [x, 0.0, 0.0]);
+            assert!(
+                (result - expected).abs() < 1e-12,
+                "{operation} {x}: {result}"
+            );
+        }
+    }
+}

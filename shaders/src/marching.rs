@@ -98,6 +98,8 @@ const PROBE_DIRECTION: [f64; 3] = [0.21, 0.55, 0.81];
 const ROOT_ROUNDINGS: f64 = 0.01;
 /// Number of probes after which a ray takes no more before its next step.
 const MAX_PROBES: f64 = 4.0;
+/// Count of probes of a ray whose next sample, the last one, lies ahead on the ray itself.
+const PROBES_BEFORE_LAST: f64 = 5.0;
 /// Number of steps after which the minimum step of a ray close to zero grows, up to half a pixel.
 const CAPPED_SPEEDUP_STEPS: f64 = 1024.0;
 /// Number of steps after which it grows without limit, so that the ray ends. By default, scenes give rays a
@@ -162,7 +164,8 @@ pub struct Step<R> {
 /// sphere tracing. Where the field is near `threshold`, a fraction of `half_pixel`, roots are estimated, up to
 /// `t_exit` along the ray. `rounding` is the field's rounding error, and `is_raw` is 1 where the length of the
 /// field's gradient is unknown, else 0. `is_probe` is 1 where the sample was a probe ([`takes_probe`]): if two are
-/// below the margin, there is a surface at `t`.
+/// below the margin, there is a surface at `t`. A raw field may be near zero far from its surface. So there a third
+/// probe follows on the ray, and if that is below the margin too, the surface lies between it and `t`.
 #[inline(always)]
 #[expect(
     clippy::too_many_arguments,
@@ -189,13 +192,21 @@ pub fn march_step<R: Real>(
     let is_regular = is_probe.less(lit(0.5));
     let probes = probe_count(trend).named("probes");
     let is_first = (probes * lit(0.5)).fract().less(lit(0.25));
+    let is_last = is_last_probe(probes);
     let is_inside = next_field.less(-margin);
-    let proves_surface = R::and(R::not(is_regular), R::and(is_inside, R::not(is_first)));
+    let is_second_inside = R::and(is_inside, R::not(is_first));
+    let is_known = is_raw.less(lit(0.5));
+    let is_proven = R::or(is_last, R::and(is_known, is_second_inside));
+    let proves_surface = R::and(R::not(is_regular), is_proven);
+    // Between `t` and the last sample the ray enters a solid.
+    let ahead_t = (t + probe_distance(half_pixel, rounding)).named("ahead_t");
+    let is_in_range = R::not(t_exit.less(ahead_t));
+    let enters = R::and(R::and(is_last, is_inside), is_in_range);
     // If one of the first two probes lies in the plane of contact itself, the others may not.
     let is_parallel = R::and(next_field.abs().less(margin), probes.less(lit(1.5)));
     let next_probes = R::select(
-        R::and(is_inside, is_first),
-        probes + lit(1.0),
+        is_inside,
+        R::select(is_first, probes + lit(1.0), lit(PROBES_BEFORE_LAST)),
         R::select(is_parallel, lit(2.0), lit(MAX_PROBES)),
     );
     let previous = Step {
@@ -210,18 +221,27 @@ pub fn march_step<R: Real>(
     let regular = sphere_step(
         previous, next_field, count, threshold, half_pixel, relaxation, rounding, is_raw, t_exit,
     );
-    // The root is at `t`, but for rounding.
-    let root_field = field.min(rounding * lit(-ROOT_ROUNDINGS));
-    let probed_field = R::select(proves_surface, root_field, field);
-    let has_arrived = R::select(proves_surface, lit(1.0), lit(0.0));
+    // In a contact the root is at `t`, but for rounding.
+    let contact_field = field.min(rounding * lit(-ROOT_ROUNDINGS));
+    let root_field = R::select(enters, next_field, contact_field);
+    let moves_bracket = R::and(enters, R::not(field.less(lit(0.0))));
+    let probed = Step {
+        t: R::select(enters, ahead_t, t),
+        field: R::select(proves_surface, root_field, field),
+        step,
+        trend: lit::<R>(-1.0) - next_probes,
+        t_before: R::select(moves_bracket, t, t_before),
+        field_before: R::select(moves_bracket, field, field_before),
+        arrived: R::select(proves_surface, lit(1.0), lit(0.0)),
+    };
     Step {
-        t: R::select(is_regular, regular.t, t),
-        field: R::select(is_regular, regular.field, probed_field),
-        step: R::select(is_regular, regular.step, step),
-        trend: R::select(is_regular, regular.trend, lit::<R>(-1.0) - next_probes),
-        t_before: R::select(is_regular, regular.t_before, t_before),
-        field_before: R::select(is_regular, regular.field_before, field_before),
-        arrived: R::select(is_regular, regular.arrived, has_arrived),
+        t: R::select(is_regular, regular.t, probed.t),
+        field: R::select(is_regular, regular.field, probed.field),
+        step: R::select(is_regular, regular.step, probed.step),
+        trend: R::select(is_regular, regular.trend, probed.trend),
+        t_before: R::select(is_regular, regular.t_before, probed.t_before),
+        field_before: R::select(is_regular, regular.field_before, probed.field_before),
+        arrived: R::select(is_regular, regular.arrived, probed.arrived),
     }
 }
 
@@ -364,7 +384,8 @@ pub fn takes_probe<R: Real>(t: R, field: R, step: R, trend: R, field_before: R, 
         R::and(is_first, lit::<R>(0.0).less(t)),
     );
     let is_touching = R::and(field.less(error), comes_from_outside);
-    let may_probe = probe_count(trend).less(lit(MAX_PROBES - 0.5));
+    let probes = probe_count(trend).named("probes");
+    let may_probe = R::or(probes.less(lit(MAX_PROBES - 0.5)), is_last_probe(probes));
     let takes_probe = R::and(is_touching, R::and(lit::<R>(0.0).less(step), may_probe));
     R::select(takes_probe, lit(1.0), lit(0.0))
 }
@@ -375,11 +396,17 @@ fn probe_count<R: Real>(trend: R) -> R {
     (lit::<R>(-1.0) - trend).max(lit(0.0))
 }
 
+/// Returns whether the next probe after this number of them is the last one, ahead on the ray.
+#[inline(always)]
+fn is_last_probe<R: Real>(probes: R) -> R::Bool {
+    lit::<R>(PROBES_BEFORE_LAST - 0.5).less(probes)
+}
+
 /// Returns the point of a ray's next sample: `step` beyond `t`, or a little beyond `t` and beside the ray for a
 /// probe.
 ///
 /// Two probes lie on opposite sides of the ray. Both are inside of solids that touch there, and neither beside a
-/// sheet. Of a ray that grazes a surface, only one is. Coordinates outside of the box from `low` to `high`, in
+/// sheet. Of a ray that grazes a surface, only one is. A third probe, for raw fields, tells a contact from a surface ahead. Coordinates outside of the box from `low` to `high`, in
 /// which the field is known, are mirrored.
 #[inline(always)]
 #[expect(clippy::too_many_arguments, reason = "a ray and its state")]
@@ -397,7 +424,7 @@ pub fn sample_point<R: Real>(
 ) -> R::Vec3 {
     let is_probe = lit::<R>(0.5).less(is_probe);
     let point = origin + direction * (t + R::select(is_probe, lit(0.0), step));
-    let distance = probe_distance(t, half_pixel, rounding);
+    let distance = probe_distance(half_pixel, rounding_at(t + step, rounding));
     let ahead = R::select(is_probe, distance, lit(0.0)).named("ahead");
     let count = probe_count(trend).named("count");
     let is_rotated = lit::<R>(1.5).less(count);
@@ -407,8 +434,12 @@ pub fn sample_point<R: Real>(
     let rotated = R::Vec3::new(z, x, y);
     let oblique = R::Vec3::select(is_rotated, rotated, first).named("oblique");
     let sideways = oblique - direction * oblique.dot(direction);
-    let offset =
-        (direction * ahead + sideways * R::select(is_second, -ahead, ahead)).named("offset");
+    let aside = R::select(
+        is_last_probe(count),
+        lit(0.0),
+        R::select(is_second, -ahead, ahead),
+    );
+    let offset = (direction * ahead + sideways * aside).named("offset");
     let mirrored = |p: R, offset: R, low: R, high: R| {
         let sum = p + offset;
         R::select(R::or(sum.less(low), high.less(sum)), p - offset, sum)
@@ -420,17 +451,17 @@ pub fn sample_point<R: Real>(
     )
 }
 
-/// Returns the distance of a probe at `t` along the ray, and beside it.
+/// Returns the distance of a probe along the ray and beside it. Half of a pixel and the field's rounding error are those
+/// at the end of the next step.
 #[inline(always)]
-fn probe_distance<R: Real>(t: R, half_pixel: R, rounding: R) -> R {
-    let max_distance = half_pixel * lit(MAX_PROBE_HALF_PIXELS);
-    (rounding_at(t, rounding) * lit(PROBE_ROUNDINGS)).min(max_distance)
+fn probe_distance<R: Real>(half_pixel: R, rounding: R) -> R {
+    (rounding * lit(PROBE_ROUNDINGS)).min(half_pixel * lit(MAX_PROBE_HALF_PIXELS))
 }
 
 /// Returns the distance from a ray within which all its probes up to `t` lie, along each axis.
 #[inline(always)]
 pub fn probe_margin<R: Real>(t: R, half_pixel: R, rounding: R) -> R {
-    probe_distance(t, half_pixel, rounding) * lit(2.0)
+    probe_distance(half_pixel, rounding_at(t, rounding)) * lit(2.0)
 }
 
 /// Returns the depth below zero from which on a point is inside: a multiple of the field's rounding error.

@@ -303,6 +303,33 @@ fn rays_with_small_thresholds_do_not_creep_either() {
     }
 }
 
+/// The minimum step of rays that creep for a thousand steps grows, but not beyond half a pixel.
+#[test]
+fn rays_that_creep_pass_nothing_as_thick_as_a_pixel() {
+    let rays = Rays {
+        threshold: 1e-5,
+        half_pixel: 1e-2,
+        rounding: 1e-8,
+        ..Rays::with_threshold(0.0)
+    };
+    // Values below and above those near which roots are estimated.
+    for value in [1e-6_f32, 1e-3] {
+        for i in 0..20 {
+            let face = 3.0 + 0.0123 * i as f32;
+            let wall = |t: f32| {
+                if (face..face + 0.012).contains(&t) {
+                    -1.0
+                } else {
+                    value
+                }
+            };
+            let (t, steps) = rays.march(wall, 2048);
+            assert!((t - face).abs() < 1e-4, "{value}: {t} for {face}");
+            assert!(steps > 1024, "{value}: {steps} steps");
+        }
+    }
+}
+
 /// A line that leads many pixels ahead may lead through a wall into a surface behind it.
 #[test]
 fn lines_that_lead_through_walls_are_not_followed() {
@@ -403,7 +430,8 @@ fn rays_to_the_foot_of_a_wall_end_on_its_face() {
 }
 
 /// Reports where a ray along z arrives, 4e-7 beside the plane x = 0, within which solids begin at z = 1.
-fn arrival(field: impl Fn(V3<f32>) -> f32) -> Option<f32> {
+/// `is_raw` is 1 for a field with unknown slopes.
+fn arrival(field: impl Fn(V3<f32>) -> f32, is_raw: f32) -> Option<f32> {
     let (origin, direction) = (V3::new(4e-7, 0.3, 0.0), V3::new(0.0, 0.0, 1.0));
     let [low, high] = [-10.0, 10.0].map(|v| V3::new(v, v, v));
     let (rounding, half_pixel, t_exit) = (1e-6, 1e-3, 2.0);
@@ -438,7 +466,7 @@ fn arrival(field: impl Fn(V3<f32>) -> f32) -> Option<f32> {
             half_pixel,
             marching::DEFAULT_RELAXATION as f32,
             marching::rounding_at::<f32>(t + step, rounding),
-            0.0,
+            is_raw,
             t_exit,
             is_probe,
         );
@@ -446,18 +474,32 @@ fn arrival(field: impl Fn(V3<f32>) -> f32) -> Option<f32> {
             return None;
         }
     }
-    Some(ray.t)
+    let rays = Rays {
+        threshold: half_pixel * 0.05,
+        half_pixel,
+        rounding,
+        is_raw: 1.0,
+        ..Rays::with_threshold(0.0)
+    };
+    let ends = [(ray.t, ray.field), (ray.t_before, ray.field_before)];
+    Some(rays.root_between(|t| field(origin + direction * t), ends))
 }
 
 #[test]
 fn rays_stop_in_contacts_and_pass_sheets_and_grazed_faces() {
     let left = |p: V3<f32>| p.x.max(1.0 - p.z);
     let right = |p: V3<f32>| (-p.x).max(1.0 - p.z);
-    let contact = arrival(|p| left(p).min(right(p))).expect("solids that touch are hit");
-    assert!((contact - 1.0).abs() < 1e-5, "{contact}");
-    assert_eq!(arrival(|p| left(p).max(right(p))), None, "a sheet");
-    // The plane through both axes is grazed from its outer side.
-    assert_eq!(arrival(left), None, "a face beside the ray");
     let mirrored = |p: V3<f32>| right(V3::new(p.x - 8e-7, p.y, p.z));
-    assert_eq!(arrival(mirrored), None, "a face on the other side");
+    for is_raw in [0.0, 1.0] {
+        let contact = arrival(|p| left(p).min(right(p)), is_raw);
+        let contact = contact.expect("solids that touch are hit");
+        assert!((contact - 1.0).abs() < 1e-5, "{contact}");
+        assert_eq!(arrival(|p| left(p).max(right(p)), is_raw), None, "a sheet");
+        // The plane through both axes is grazed from its outer side.
+        assert_eq!(arrival(left, is_raw), None, "a face beside the ray");
+        assert_eq!(arrival(mirrored, is_raw), None, "a face on the other side");
+    }
+    let floor = |p: V3<f32>| (1.0 - p.z).min((1.0 - 3e-5 - p.z).max(5e-7));
+    let behind = arrival(floor, 1.0).expect("a solid behind values near zero is hit");
+    assert!((behind - 1.0).abs() < 5e-6, "{behind}");
 }

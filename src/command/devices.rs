@@ -33,7 +33,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
              mesa-vulkan-drivers is one in software\nengine auto takes cpu\n"
         }
         Some(DeviceKind::Software) => "\nthere is no hardware GPU: engine auto takes cpu\n",
-        Some(_) => "\nengine auto takes gpu0\n",
+        Some(_) => "\nengine auto takes gpu0, and cpu for fields whose slope is only estimated\n",
     });
     output::print(text)
 }

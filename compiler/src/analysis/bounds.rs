@@ -207,6 +207,37 @@ impl ShapeBounds {
         }
     }
 
+    /// Returns the box of a transformed shape. Of nested transforms, boxes are those of their product: each of them alone
+    /// would grow the box.
+    fn frame_bounds(
+        &mut self,
+        scene: SceneRef<'_>,
+        mut child: ShapeId,
+        matrix: &[ExprId; 12],
+    ) -> Bounds {
+        let Some(mut rows) = inverse(&self.numbers(scene, matrix)) else {
+            return Bounds::ALL_SPACE;
+        };
+        let mut bounds = self.get(scene, child).mapped(&rows);
+        while let ShapeKind::Frame {
+            child: inner,
+            matrix,
+            ..
+        } = &scene.shapes[child.0 as usize].kind
+        {
+            if self.holds_for_all_params && matrix.iter().any(|&n| self.is_live(scene, n)) {
+                break;
+            }
+            let Some(inner_rows) = inverse(&self.numbers(scene, matrix)) else {
+                break;
+            };
+            rows = composed(&rows, &inner_rows);
+            child = *inner;
+            bounds = bounds.intersection(&self.get(scene, child).mapped(&rows));
+        }
+        bounds
+    }
+
     /// Replaces the box of a shape.
     pub(crate) fn set(&mut self, scene: SceneRef<'_>, id: ShapeId, bounds: Bounds) {
         self.get(scene, id);
@@ -277,13 +308,7 @@ impl ShapeBounds {
                 let numbers = self.numbers(scene, parameters);
                 self.bounds_by_rule(scene, *op, &numbers, children)
             }
-            ShapeKind::Frame { child, matrix, .. } => {
-                let matrix = self.numbers(scene, matrix);
-                match inverse(&matrix) {
-                    Some(rows) => self.get(scene, *child).mapped(&rows),
-                    None => Bounds::ALL_SPACE,
-                }
-            }
+            ShapeKind::Frame { child, matrix, .. } => self.frame_bounds(scene, *child, matrix),
             ShapeKind::Repeat {
                 op,
                 child,
@@ -708,6 +733,16 @@ pub(crate) fn inverse(m: &[f64]) -> Option<[[f64; 4]; 3]> {
     Some([row(0), row(1), row(2)])
 }
 
+/// Returns the map of points by `inner` and then by `outer`.
+fn composed(outer: &[[f64; 4]; 3], inner: &[[f64; 4]; 3]) -> [[f64; 4]; 3] {
+    outer.map(|row| {
+        std::array::from_fn(|column| {
+            let sum: f64 = (0..3).map(|k| row[k] * inner[k][column]).sum();
+            sum + if column == 3 { row[3] } else { 0.0 }
+        })
+    })
+}
+
 /// Returns bounds of the matrices from the inner to the outer point, unless one of them may be singular.
 fn inverse_of_ranges(m: &[Interval; 12]) -> Option<[Interval; 12]> {
     let is_regular = |determinant: Interval| {
@@ -761,37 +796,4 @@ fn shift(expressions: &Expressions, id: ExprId, axis: u8) -> Option<ExprId> {
         },
         _ => None,
     }
-}
-
-/// Evaluates a number of point stage without parameters at a point.
-pub fn value_at(expressions: &Expressions, id: ExprId, point: [f64; 3]) -> f64 {
-    let order = crate::uniforms::postorder(expressions, id, |_| false);
-    let mut values: HashMap<ExprId, f64> = HashMap::with_capacity(order.len());
-    for id in order {
-        let value = |id: &ExprId| values[id];
-        let result = match expressions.get(id) {
-            Expression::Constant(value) => *value,
-            Expression::Coordinate(axis) => point[usize::from(*axis)],
-            Expression::Apply {
-                op,
-                point: None,
-                values: operands,
-                parameters,
-            } => {
-                let mut operand_values = [0.0; 3];
-                for (slot, id) in operand_values.iter_mut().zip(operands) {
-                    *slot = value(id);
-                }
-                let parameters: Vec<f64> = parameters.iter().map(value).collect();
-                let p = V3::new(0.0, 0.0, 0.0);
-                match apply::<f64>(*op, p, operand_values, &pack_parameters(*op, &parameters)) {
-                    OpResult::Value(value) => value,
-                    OpResult::Point(_) => f64::NAN,
-                }
-            }
-            _ => f64::NAN,
-        };
-        values.insert(id, result);
-    }
-    values[&id]
 }

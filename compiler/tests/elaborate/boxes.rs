@@ -317,3 +317,22 @@ fn boxes_for_all_params_contain_those_for_each_value() {
         }
     }
 }
+
+#[test]
+fn nested_transforms_have_the_box_of_their_product() {
+    let solid = "(box(40, 4, 10).translate(0, 0, 5) | box(40, 30, 2).translate(0, 0, 1))";
+    let plain = check("plain", solid);
+    for transforms in [
+        ".rotate(37deg, Z).rotate(-37deg, Z)",
+        ".rotate(37deg, Z).scale(2).rotate(-37deg, Z).scale(0.5)",
+        ".translate(1, 2, 3).rotate(20deg, X).rotate(-20deg, X).translate(-1, -2, -3)",
+    ] {
+        let bounds = check(transforms, &format!("{solid}{transforms}"));
+        for (a, b) in [(plain.min, bounds.min), (plain.max, bounds.max)] {
+            for axis in 0..3 {
+                let difference = (a[axis] - b[axis]).abs();
+                assert!(difference < 1e-4, "{transforms}: {plain:?} {bounds:?}");
+            }
+        }
+    }
+}
