@@ -2,6 +2,7 @@
 //! its arguments and a function that runs it.
 
 mod bench;
+mod camera;
 mod check;
 mod compile;
 mod devices;
@@ -9,6 +10,7 @@ mod explain;
 mod fmt;
 mod generate;
 mod info;
+mod named_values;
 mod ops;
 #[cfg(feature = "window")]
 mod play;

@@ -18,6 +18,7 @@ use sdfc_compiler::passes::{PASSES, PassOptions};
 use sdfc_compiler::scene::Scene;
 use sdfc_io::files::{Disk, Folder};
 use sdfc_runtime::engine::{Engine, SceneInput};
+use sdfc_runtime::settings::CameraChanges;
 use sdfc_shaders::assemble::SceneSource;
 use sdfc_vm::program::Module;
 use std::cell::OnceCell;
@@ -52,6 +53,9 @@ pub(crate) struct BuildArgs {
     /// Camera and tolerance, where invisible detail is omitted; see [`LodArgs`].
     #[arg(skip)]
     lod_target: Option<LodTarget>,
+    /// True if a view that frames the scene is needed.
+    #[arg(skip)]
+    needs_subject: bool,
     /// Files that scenes imported, or tried to.
     #[arg(skip)]
     imported: Arc<Mutex<BTreeSet<PathBuf>>>,
@@ -73,6 +77,14 @@ impl BuildArgs {
     pub(crate) fn for_engine(&self, engine: &dyn Engine) -> Self {
         Self {
             without_guards: !engine.benefits_from_guards(),
+            ..self.clone()
+        }
+    }
+
+    /// Returns these flags for a camera with changes.
+    pub(crate) fn for_camera(&self, changes: &CameraChanges) -> Self {
+        Self {
+            needs_subject: changes.frames_scene(),
             ..self.clone()
         }
     }
@@ -100,6 +112,7 @@ impl BuildArgs {
             },
             emit_guards: !self.without_guards,
             lod_target: self.lod_target,
+            needs_subject: self.needs_subject,
             loader: &folder,
         };
         let result = work(&request).map_err(Failure::Input);

@@ -38,6 +38,8 @@ pub struct Options {
     /// View for which detail that is too small to be visible may be simplified; see
     /// [`crate::passes::lod`].
     pub lod_target: Option<LodTarget>,
+    /// Set if a view that frames the scene is needed even if all of its cameras have positions.
+    pub needs_subject: bool,
 }
 
 /// Compiled scene.
@@ -226,24 +228,23 @@ pub(crate) fn compile_with(
         );
     }
     let has_automatic_camera = scene.cameras.iter().any(|camera| camera.auto_framed);
-    let subject = subject
-        .filter(|_| has_automatic_camera)
-        .map(|(subject, bounds)| {
-            // The root already has a graph, and its warnings were reported.
-            let graph = (subject != root).then(|| {
-                let purpose = Purpose::Distance;
-                lower(
-                    &mut scene,
-                    subject,
-                    purpose,
-                    &mut slopes,
-                    &mut uniforms,
-                    &mut bounds_for_all_params,
-                )
-                .0
-            });
-            (graph, bounds)
+    let needs_subject = has_automatic_camera || options.needs_subject;
+    let subject = subject.filter(|_| needs_subject).map(|(subject, bounds)| {
+        // The root already has a graph, and its warnings were reported.
+        let graph = (subject != root).then(|| {
+            let purpose = Purpose::Distance;
+            lower(
+                &mut scene,
+                subject,
+                purpose,
+                &mut slopes,
+                &mut uniforms,
+                &mut bounds_for_all_params,
+            )
+            .0
         });
+        (graph, bounds)
+    });
     let scene_ref = SceneRef::from(&scene);
     let current_bounds = CurrentBounds {
         bounds: ShapeBounds::at_time_and_values(options.time, HashMap::new()).get(scene_ref, root),

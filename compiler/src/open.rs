@@ -83,6 +83,8 @@ pub struct Request<'r> {
     pub emit_guards: bool,
     /// View for which detail that is too small to be visible is removed.
     pub lod_target: Option<LodTarget>,
+    /// Set if a view that frames the scene is needed even if all of its cameras have positions.
+    pub needs_subject: bool,
     /// Source of imported files.
     pub loader: &'r dyn Loader,
 }
@@ -188,6 +190,7 @@ pub fn open(
         passes,
         time: request.time,
         lod_target: request.lod_target,
+        needs_subject: request.needs_subject,
     };
     let value = value.and_then(|scene| {
         let printed = scene.printed.clone();

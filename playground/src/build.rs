@@ -168,6 +168,7 @@ fn try_build(task: &BuildTask, files: &dyn Files) -> BuildResult {
         // The engines that draw edits do not benefit from guards.
         emit_guards: false,
         lod_target: None,
+        needs_subject: false,
         loader: match task.source {
             SceneOrigin::File(_) => &folder,
             SceneOrigin::Text { .. } => &NoFiles,

@@ -13,44 +13,23 @@ mod text;
 
 use glam::DVec3;
 use sdfc_runtime::render::{Axes, ResolvedLens, View};
-use sdfc_runtime::settings;
+use sdfc_runtime::settings::{self, ViewSide};
 use sdfc_vm::bounds::Bounds;
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI};
 
 /// A point of the picture in normalised device coordinates.
 pub type Ndc = [f64; 2];
 
-/// A standard side view, selected by a view key.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum ViewSide {
-    /// From the front: +z, or -y for scenes in which z points up.
-    Front,
-    /// From the back.
-    Back,
-    /// From -x.
-    Left,
-    /// From +x.
-    Right,
-    /// From above, with the front at the lower edge of the picture.
-    Top,
-    /// From below, with the front at the upper edge of the picture.
-    Bottom,
-    /// Isometric: from above, the front and the right, with equal foreshortening of the three axes.
-    Isometric,
-}
-
-impl ViewSide {
-    /// Returns azimuth and elevation of the camera, relative to the front.
-    fn angles(self) -> [f64; 2] {
-        match self {
-            Self::Front => [0.0, 0.0],
-            Self::Back => [PI, 0.0],
-            Self::Left => [-FRAC_PI_2, 0.0],
-            Self::Right => [FRAC_PI_2, 0.0],
-            Self::Top => [0.0, FRAC_PI_2],
-            Self::Bottom => [0.0, -FRAC_PI_2],
-            Self::Isometric => [FRAC_PI_4, 0.5_f64.sqrt().atan()],
-        }
+/// Returns azimuth and elevation of the camera at a side, relative to the front.
+fn angles(side: ViewSide) -> [f64; 2] {
+    match side {
+        ViewSide::Front => [0.0, 0.0],
+        ViewSide::Back => [PI, 0.0],
+        ViewSide::Left => [-FRAC_PI_2, 0.0],
+        ViewSide::Right => [FRAC_PI_2, 0.0],
+        ViewSide::Top => [0.0, FRAC_PI_2],
+        ViewSide::Bottom => [0.0, -FRAC_PI_2],
+        ViewSide::Corner => [FRAC_PI_4, 0.5_f64.sqrt().atan()],
     }
 }
 
@@ -179,7 +158,7 @@ impl OrbitCamera {
     /// Views the scene from a side, keeping the look-at point and the distance.
     pub fn view_from(&mut self, side: ViewSide) {
         self.axis = self.world_up;
-        let [around, elevation] = side.angles();
+        let [around, elevation] = angles(side);
         let right = rotated(DVec3::X, self.axis, around);
         self.set_orbit(right, elevation);
     }

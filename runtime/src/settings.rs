@@ -6,6 +6,7 @@
 //! left open (length of rays, radius of occlusion) follow from the bounds. It also checks the scene's own
 //! conditions on its numbers.
 
+mod camera_changes;
 mod camera_placement;
 mod framing;
 
@@ -13,6 +14,8 @@ use crate::render::{
     CellMode, FieldFacts, LightEmitter, Lighting, Mode, Normals, Occlusion, RenderSettings,
     ResolvedLens, ResolvedLight, ResolvedShadow, Surface, Tonemap, View,
 };
+use camera_changes::CameraPose;
+pub use camera_changes::{CameraChanges, ViewSide};
 use camera_placement::CameraPlacement;
 use framing::{FramingTarget, framed_view, plane_view};
 use glam::DVec3;
@@ -39,6 +42,8 @@ pub struct Overrides {
     pub camera: Option<String>,
     /// The view, replacing all cameras of the scene.
     pub view: Option<View>,
+    /// Changes of the camera.
+    pub camera_changes: CameraChanges,
     /// The mode; scenes cannot set it.
     pub mode: Mode,
     /// Maximum number of steps of a ray.
@@ -94,6 +99,15 @@ pub enum SettingsError {
     /// A camera is at the point it looks at.
     #[error("the camera{} is at the point it looks at", named(.0))]
     NoDirection(String),
+    /// A camera without a position has a new target.
+    #[error("the camera has no position of its own, and a new target needs one, too")]
+    NoPosition,
+    /// A camera looks along its own upward direction.
+    #[error("the camera looks along its own upward direction")]
+    LooksAlongUp,
+    /// The view of a plane figure is to be turned.
+    #[error("a plane figure is seen face on: its view has a target and a height, and nothing else")]
+    LeavesPlane,
 }
 
 fn no_camera(name: &str, known: &[String], near: Option<&str>) -> String {
@@ -145,7 +159,13 @@ pub fn resolve(
         .with_known_size(settings.subject.as_ref(), camera_distance);
     let view = match overrides.view {
         Some(view) => view,
-        None => view(module, camera, &read, &target, size)?,
+        None => view(
+            module,
+            (camera, &overrides.camera_changes),
+            &read,
+            &target,
+            size,
+        )?,
     };
     let far = overrides.far.or(render.far).unwrap_or_else(|| {
         target
@@ -270,7 +290,7 @@ fn camera_target_distance(camera: &scene::Camera, uniform_values: &[f64]) -> Opt
 
 fn view(
     module: &Module,
-    camera: Option<&scene::Camera>,
+    (camera, changes): (Option<&scene::Camera>, &CameraChanges),
     read: &Reader<'_>,
     target: &FramingTarget,
     size: [u32; 2],
@@ -292,51 +312,47 @@ fn view(
             &default_camera
         }
     };
-    let describe = |what: &str| format!("{what} of the camera{}", named(&camera.name));
-    let from = read.triple(&describe("the place"), camera.from)?;
-    let look = read.triple(&describe("the target"), camera.look)?;
-    let up = read.triple(&describe("the upward direction"), camera.up)?;
-    let lens = match camera.lens {
-        scene::Lens::Perspective(fov) => {
-            let what = describe("the field of view");
-            let fov = positive(&what, read.number(&what, fov)?)?;
-            if fov >= std::f64::consts::PI {
-                let allowed = "less than a half turn (3.14 radians)".to_owned();
-                return Err(SettingsError::OutOfRange {
-                    what,
-                    value: fov,
-                    allowed,
-                });
-            }
-            ResolvedLens::Perspective(fov)
-        }
-        scene::Lens::Orthographic(height) => {
-            let what = describe("the height");
-            ResolvedLens::Orthographic(positive(&what, read.number(&what, height)?)?)
-        }
-    };
+    let pose = CameraPose::read(camera, read)?;
     if settings.is_2d {
+        if changes.leaves_plane() {
+            return Err(SettingsError::LeavesPlane);
+        }
         // A 2-D shape is seen face on; a camera only selects the visible part.
-        return Ok(match lens {
-            ResolvedLens::Orthographic(height) if !camera.auto_framed => {
-                View::plane([look[0], look[1]], height)
+        let own = match pose.lens {
+            ResolvedLens::Orthographic(height) if !pose.is_framed && !changes.is_fitted => {
+                View::plane([pose.look[0], pose.look[1]], height)
             }
             _ => plane_view(target, aspect),
+        };
+        let [x, y, _] = changes.look.unwrap_or(own.look);
+        return Ok(match changes.lens.unwrap_or(own.lens) {
+            ResolvedLens::Orthographic(height) => View::plane([x, y], height),
+            ResolvedLens::Perspective(_) => own,
         });
     }
-    let view = View {
-        from,
-        look,
-        up,
-        lens,
+    let world_up = if settings.z_up { DVec3::Z } else { DVec3::Y };
+    let pose = pose.changed(changes, target.shown.centre(), world_up)?;
+    let requested = View {
+        from: pose.from,
+        look: pose.look,
+        up: pose.up,
+        lens: pose.lens,
     };
-    if camera.auto_framed {
-        return Ok(placement.find(&view));
-    }
-    if from == look {
+    if !pose.is_framed && pose.from == pose.look {
         return Err(SettingsError::NoDirection(camera.name.clone()));
     }
-    Ok(view)
+    if !pose.is_framed {
+        return Ok(requested);
+    }
+    let framed = if changes.fixes_direction() {
+        placement.framed(&requested)
+    } else {
+        placement.find(&requested)
+    };
+    Ok(match changes.lens {
+        Some(lens @ ResolvedLens::Orthographic(_)) if !changes.is_fitted => View { lens, ..framed },
+        _ => framed,
+    })
 }
 
 fn lighting(settings: &Settings, read: &Reader<'_>) -> Result<Lighting, SettingsError> {

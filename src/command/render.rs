@@ -1,5 +1,7 @@
 //! `sdfc render`: the picture of a scene.
 
+use super::camera::CameraArgs;
+use super::named_values::one_of;
 use crate::engine::{self, ArithmeticArgs, EngineArg};
 use crate::failure::Failure;
 use crate::output;
@@ -7,7 +9,6 @@ use crate::progress::Progress;
 use crate::rounding;
 use crate::scene::{BuildArgs, LodArgs};
 use crate::terminal::Terminal;
-use clap::builder::{PossibleValuesParser, TypedValueParser};
 use sdfc_io::png_encoding::encode_png;
 use sdfc_runtime::engine::Engine;
 use sdfc_runtime::render::{CellMode, Image, Mode, Normals, Occlusion, Tonemap};
@@ -52,6 +53,8 @@ pub(crate) struct PictureArgs {
     /// The camera's name.
     #[arg(long, value_name = "NAME")]
     camera: Option<String>,
+    #[command(flatten)]
+    pub(crate) camera_changes: CameraArgs,
     /// Quantity that is shown.
     #[arg(long, value_name = "MODE", default_value = "shaded", value_parser = one_of(MODES))]
     mode: Mode,
@@ -115,17 +118,6 @@ const TONEMAPS: &[(&str, Tonemap)] = &[
     ("aces", Tonemap::Aces),
 ];
 
-/// Returns a parser of the names in a list.
-fn one_of<T: Copy + Send + Sync + 'static>(
-    list: &'static [(&'static str, T)],
-) -> impl TypedValueParser<Value = T> {
-    let names = list.iter().map(|(name, _)| *name);
-    PossibleValuesParser::new(names).try_map(|word| {
-        let entry = list.iter().find(|(name, _)| *name == word);
-        entry.map(|(_, value)| *value).ok_or("an unknown name")
-    })
-}
-
 pub(super) fn size(text: &str) -> Result<[u32; 2], String> {
     let sides = text.split_once(['x', 'X', '×']);
     let sides = sides.and_then(|(w, h)| Some([w.trim().parse().ok()?, h.trim().parse().ok()?]));
@@ -151,6 +143,7 @@ impl PictureArgs {
             aa: self.aa,
             camera: self.camera.clone(),
             view: None,
+            camera_changes: self.camera_changes.changes(),
             mode: self.mode,
             steps: self.steps,
             far: self.far,
@@ -176,8 +169,9 @@ pub(super) fn draw(
     engine: &mut dyn Engine,
     terminal: &Terminal,
 ) -> Result<(), Failure> {
-    let build = arguments.build.for_engine(engine);
     let (lod, overrides) = (&arguments.lod, arguments.picture.overrides());
+    let build = arguments.build.for_engine(engine);
+    let build = build.for_camera(&overrides.camera_changes);
     let scene = lod.open(&arguments.scene, &build, &overrides, terminal)?;
     let settings = resolve(scene.module(), &scene.uniform_values, &overrides)
         .map_err(|error| Failure::Input(format!("{}: {error}", arguments.scene.display())))?;

@@ -1,5 +1,6 @@
 //! `sdfc verify`: a comparison of the pictures of all engines.
 
+use super::camera::CameraArgs;
 use crate::engine;
 use crate::failure::{Failure, INPUT, on_each};
 use crate::output;
@@ -34,6 +35,8 @@ pub(crate) struct Arguments {
     /// Width and height of the pictures in pixels; by default the width is 160.
     #[arg(long, value_name = "WxH", value_parser = super::render::size)]
     size: Option<[u32; 2]>,
+    #[command(flatten)]
+    camera_changes: CameraArgs,
     /// Folder for the pictures of engines that differ.
     #[arg(short, long, value_name = "FOLDER", default_value = "out")]
     output: PathBuf,
@@ -88,8 +91,13 @@ fn compare(
     engines: &mut [Box<dyn Engine>],
     terminal: &Terminal,
 ) -> Result<Report, Failure> {
-    let scene = scene::open(path, &arguments.build, terminal)?;
-    let settings = resolve(scene.module(), &scene.uniform_values, &Overrides::default())
+    let overrides = Overrides {
+        camera_changes: arguments.camera_changes.changes(),
+        ..Overrides::default()
+    };
+    let build = arguments.build.for_camera(&overrides.camera_changes);
+    let scene = scene::open(path, &build, terminal)?;
+    let settings = resolve(scene.module(), &scene.uniform_values, &overrides)
         .map_err(|error| Failure::Input(format!("{}: {error}", path.display())))?;
     let settings = match arguments.size {
         Some(size) => RenderSettings {

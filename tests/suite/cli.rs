@@ -7,6 +7,7 @@
 
 mod bench;
 mod bytecode;
+mod cameras;
 mod commands;
 mod files;
 mod generate;

@@ -307,7 +307,7 @@ fn view_keys_look_along_the_axes_of_both_kinds_of_scene() {
         (ViewSide::Top, [0.0, 1.0, 0.0], [0.0, 0.0, -1.0]),
         (ViewSide::Bottom, [0.0, -1.0, 0.0], [0.0, 0.0, 1.0]),
         (
-            ViewSide::Isometric,
+            ViewSide::Corner,
             [1.0; 3].map(|v: f64| v / 3.0_f64.sqrt()),
             [-1.0, 2.0, -1.0].map(|v: f64| v / 6.0_f64.sqrt()),
         ),
@@ -375,7 +375,7 @@ fn views_of_2d_shapes_only_pan_and_zoom() {
     let mut camera = plane();
     let previous = camera.view();
     camera.orbit(0.5, 0.5);
-    camera.view_from(ViewSide::Isometric);
+    camera.view_from(ViewSide::Corner);
     camera.toggle_lens(&Bounds::centred([1.0; 3]));
     assert_eq!(camera.view(), previous);
     camera.pan([0.5, 0.5], None, ASPECT);
@@ -394,6 +394,7 @@ fn view_in(scene: &str) -> View {
         passes: PassOptions::default(),
         emit_guards: false,
         lod_target: None,
+        needs_subject: false,
         loader: &NoFiles,
     };
     let outcome = open(SceneFile::Text(scene.to_owned()), &request).expect("a scene");
@@ -420,7 +421,7 @@ fn a_camera_pasted_into_a_scene_gives_its_view() {
                 ViewSide::Front,
                 ViewSide::Top,
                 ViewSide::Bottom,
-                ViewSide::Isometric,
+                ViewSide::Corner,
             ] {
                 camera.view_from(side);
                 cases.push((z_up, camera.clone()));

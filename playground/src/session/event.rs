@@ -2,10 +2,11 @@
 
 use super::engine_selection::EngineChoice;
 use crate::build::{BuildResult, BuildTask, BuiltScene, SceneOrigin};
-use crate::camera::{Ndc, ViewSide};
+use crate::camera::Ndc;
 use crate::renderer::{DrawError, DrawResult, DrawTask, PickResult, PickTask, ViewMode};
 use sdfc_compiler::export::Target;
 use sdfc_runtime::engine::EngineKind;
+use sdfc_runtime::settings::ViewSide;
 use std::path::PathBuf;
 use std::sync::Arc;
 

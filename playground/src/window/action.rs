@@ -2,10 +2,10 @@
 
 use super::state::{Dialog, WindowState};
 use super::view_picker::{VIEW_KINDS, ViewKind};
-use crate::camera::ViewSide;
 use crate::session::{CameraEvent, Event, Session, TimeEvent};
 use eframe::egui::{Context, Key, Modifiers, Popup, ViewportCommand};
 use sdfc_compiler::export::Target;
+use sdfc_runtime::settings::ViewSide;
 use std::path::{Path, PathBuf};
 
 /// An action of the user.
@@ -116,7 +116,7 @@ pub(super) const KEYS: [KeyBinding; 24] = [
         "9",
         NO_MODIFIER,
         Key::Num9,
-        Action::Face(ViewSide::Isometric),
+        Action::Face(ViewSide::Corner),
         "from a corner",
     ),
     bind(

@@ -4,10 +4,10 @@ use super::Example;
 use super::action::{Action, key_of};
 use super::theme;
 use crate::build::SceneOrigin;
-use crate::camera::ViewSide;
 use crate::session::{Event, Session};
 use eframe::egui::{Align, Button, Layout, MenuBar, RichText, Ui};
 use sdfc_compiler::export::Target;
+use sdfc_runtime::settings::ViewSide;
 
 /// Shows the menu bar. Selected entries become actions and events.
 pub(super) fn show(
@@ -56,7 +56,7 @@ pub(super) fn show(
                 (ViewSide::Right, "Right"),
                 (ViewSide::Top, "Top"),
                 (ViewSide::Bottom, "Bottom"),
-                (ViewSide::Isometric, "Corner"),
+                (ViewSide::Corner, "Corner"),
             ] {
                 item(ui, name, Action::Face(side), &mut actions);
             }

@@ -4,10 +4,10 @@ use super::action::{Action, key_of};
 use super::state::WindowState;
 use super::widgets::{choice_button, grid};
 use super::{theme, view_picker};
-use crate::camera::ViewSide;
 use crate::session::{CameraEvent, EngineChoice, Event, Session};
 use eframe::egui::{self, RichText, Ui};
 use sdfc_runtime::engine::EngineKind;
+use sdfc_runtime::settings::ViewSide;
 use std::time::Duration;
 
 /// Shows the panel. Input becomes events and actions.
@@ -79,7 +79,7 @@ fn cameras(ui: &mut Ui, session: &Session, events: &mut Vec<Event>, actions: &mu
         });
         ui.scope(|ui| {
             let others = [
-                (Action::Face(ViewSide::Isometric), "corner", !is_2d),
+                (Action::Face(ViewSide::Corner), "corner", !is_2d),
                 (Action::Fit, "fit", true),
                 (Action::CopyCamera, "copy", true),
             ];

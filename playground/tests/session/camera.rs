@@ -2,9 +2,9 @@
 
 use crate::harness::{Harness, SIZE, TaskKind};
 use glam::DVec3;
-use sdfc_playground::camera::ViewSide;
 use sdfc_playground::session::{CameraEvent, Event, TimeEvent};
 use sdfc_runtime::engine::EngineKind;
+use sdfc_runtime::settings::ViewSide;
 use std::time::Duration;
 
 const SCENE: &str = "camera front { from: [0, 0, 5], look: [0, 0, 0] }

@@ -32,6 +32,14 @@ pub(super) struct CameraPlacement<'a> {
 }
 
 impl CameraPlacement<'_> {
+    /// Returns the requested view, moved so that the subject fills the image, whatever obstructs it.
+    pub(super) fn framed(&self, requested: &View) -> View {
+        match self.subject {
+            Some(subject) => framed_view(requested, subject, self.aspect),
+            None => framed_view(requested, &Outline::from_bounds(self.shown), self.aspect),
+        }
+    }
+
     /// Returns the view in the first tried direction from which the subject is visible; the requested one is
     /// tried first. If there is none, the camera with the clearest view is moved in front of the
     /// obstruction.
