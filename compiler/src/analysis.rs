@@ -5,7 +5,7 @@
 
 pub mod bounds;
 mod bounds_slack;
-mod box_eval;
+pub(crate) mod box_eval;
 mod climb;
 pub(crate) mod extent;
 pub(crate) mod param_ranges;

@@ -1,24 +1,21 @@
 //! `.vm` files: the plain text of Fidget and libfive, with one clause per line: `_name operation
 //! operands`.
 //!
-//! The last clause is the result, negative inside. It fills the square or cube from −1 to 1, or a
-//! larger one where it does not fit. A file that does not read `var-z` is a 2-D shape.
+//! The last clause is the result, negative inside. A file that does not read `var-z` is a 2-D shape. The part of space
+//! that is shown follows from the values (`region.rs`).
+
+mod region;
 
 use crate::elaborate::{NoFiles, Options, elaborate};
-use crate::expression::{ExprId, Expression, Expressions};
+use crate::expression::{ExprId, Expressions};
 use crate::scene::{Scene, Shape, ShapeId, ShapeKind};
-use crate::uniforms::postorder;
+use region::shown_region;
 use sdfc_lang::{Diagnostic, FileId, Sources, Span, codes};
-use sdfc_vm::apply::{OpResult, apply, pack_parameters};
-use sdfc_vm::bounds::Bounds;
 use sdfc_vm::table::Op;
-use sdfc_vm::vector::V3;
 use std::collections::HashMap;
 
 /// Maximum number of clauses of a file.
 const MAX_CLAUSES: usize = 200_000;
-/// Maximum number of operations for one size of the cube; longer files are sampled at fewer points.
-const MAX_SAMPLING_OPERATIONS: usize = 10_000_000;
 /// Maximum number of errors reported for one file.
 const MAX_ERRORS: usize = 20;
 
@@ -86,8 +83,7 @@ pub fn parse_fidget_text(sources: &Sources, file: FileId) -> (Option<Scene>, Vec
         return (None, errors);
     };
     let is_2d = !reads_z;
-    let side = cube_half_side(&scene.expressions, value, is_2d);
-    let region = Bounds::centred([side, side, if is_2d { f64::INFINITY } else { side }]);
+    let region = shown_region(&scene.expressions, value, is_2d);
     let kind = ShapeKind::Field {
         value,
         slope: None,
@@ -105,66 +101,6 @@ pub fn parse_fidget_text(sources: &Sources, file: FileId) -> (Option<Scene>, Vec
         scene.render.size = [1024, 1024];
     }
     (Some(scene), errors)
-}
-
-/// Returns half the side of the displayed square or cube, at most 16. It is 1, doubled until the shape does
-/// not extend beyond it at any sample point.
-fn cube_half_side(expressions: &Expressions, value: ExprId, is_2d: bool) -> f64 {
-    let max_faces_points = MAX_SAMPLING_OPERATIONS / (6 * expressions.len().max(1));
-    let points = max_faces_points.isqrt().clamp(8, 24);
-    let extends_beyond = |side: f64| {
-        let coordinate = |i: usize| side * (2.0 * i as f64 / (points - 1) as f64 - 1.0);
-        let levels = if is_2d { 1 } else { points };
-        (0..points).any(|i| {
-            (0..levels).any(|j| {
-                let (a, b) = (coordinate(i), if is_2d { 0.0 } else { coordinate(j) });
-                [side, -side].into_iter().any(|s| {
-                    let faces = [[s, a, b], [a, s, b], [a, b, s]];
-                    let faces = if is_2d { &faces[..2] } else { &faces };
-                    faces.iter().any(|p| value_at(expressions, value, *p) < 0.0)
-                })
-            })
-        })
-    };
-    // An infinite shape extends beyond every cube, and the first one is used.
-    let sides = [1.0, 2.0, 4.0, 8.0, 16.0];
-    sides
-        .into_iter()
-        .find(|&side| !extends_beyond(side))
-        .unwrap_or(1.0)
-}
-
-/// Evaluates a number of point stage without parameters at a point.
-fn value_at(expressions: &Expressions, id: ExprId, point: [f64; 3]) -> f64 {
-    let order = postorder(expressions, id, |_| false);
-    let mut values: HashMap<ExprId, f64> = HashMap::with_capacity(order.len());
-    for id in order {
-        let value = |id: &ExprId| values[id];
-        let result = match expressions.get(id) {
-            Expression::Constant(value) => *value,
-            Expression::Coordinate(axis) => point[usize::from(*axis)],
-            Expression::Apply {
-                op,
-                point: None,
-                values: operands,
-                parameters,
-            } => {
-                let mut operand_values = [0.0; 3];
-                for (slot, id) in operand_values.iter_mut().zip(operands) {
-                    *slot = value(id);
-                }
-                let parameters: Vec<f64> = parameters.iter().map(value).collect();
-                let p = V3::new(0.0, 0.0, 0.0);
-                match apply::<f64>(*op, p, operand_values, &pack_parameters(*op, &parameters)) {
-                    OpResult::Value(value) => value,
-                    OpResult::Point(_) => f64::NAN,
-                }
-            }
-            _ => f64::NAN,
-        };
-        values.insert(id, result);
-    }
-    values[&id]
 }
 
 struct ClauseReader<'a> {
@@ -396,7 +332,9 @@ const OPERATIONS: [(&str, ClauseOp); 30] = [
 
 #[cfg(test)]
 mod tests {
+    use super::region::field;
     use super::*;
+    use sdfc_vm::bounds::Bounds;
 
     /// Returns the value of the last clause of a text at a point.
     fn value(text: &str, point: [f64; 3]) -> f64 {
@@ -407,7 +345,52 @@ mod tests {
         let ShapeKind::Field { value, .. } = scene.shapes[0].kind else {
             panic!("{text}: no field");
         };
-        value_at(&scene.expressions, value, point)
+        let (min, max) = (point, point);
+        let range = field(&scene.expressions, value).eval(&Bounds { min, max }, &[]);
+        (range.lo + range.hi) / 2.0
+    }
+
+    /// Returns the region in which a text is shown.
+    fn region(text: &str) -> Bounds {
+        let mut sources = Sources::new();
+        let file = sources.add("part.vm", text);
+        let (scene, diagnostics) = parse_fidget_text(&sources, file);
+        let scene = scene.unwrap_or_else(|| panic!("{text}: {diagnostics:?}"));
+        let ShapeKind::Field { region, .. } = scene.shapes[0].kind else {
+            panic!("{text}: no field");
+        };
+        region
+    }
+
+    #[test]
+    fn regions_contain_what_is_finite() {
+        let squares = "x var-x\ny var-y\nz var-z\na square x\nb square y\nc square z\n";
+        let disc = |r: f64| format!("{squares}p add a b\nq sqrt p\nr const {r}\nd sub q r\n");
+        let ball = |r: f64, at: f64| {
+            format!(
+                "{squares}t const {at}\nm sub x t\nn square m\no add n b\np add o c\nq sqrt p\nr const {r}\nd sub q r\n"
+            )
+        };
+        for (text, min, max) in [
+            (ball(0.5, 0.0), [-1.0; 3], [1.0; 3]),
+            (ball(3.0, 0.0), [-3.0; 3], [3.0; 3]),
+            (ball(0.5, 300.0), [299.5, -0.5, -0.5], [300.5, 0.5, 0.5]),
+            (ball(50.0, -20.0), [-70.0, -50.0, -50.0], [30.0, 50.0, 50.0]),
+            // Infinite along z.
+            (disc(3.0), [-3.0; 3], [3.0; 3]),
+        ] {
+            let bounds = region(&text);
+            for axis in 0..3 {
+                let [low, high] = [bounds.min[axis], bounds.max[axis]];
+                let slack = 0.1 * (max[axis] - min[axis]);
+                assert!((low - min[axis]).abs() <= slack, "{text}: {bounds:?}");
+                assert!((high - max[axis]).abs() <= slack, "{text}: {bounds:?}");
+                assert!(low <= min[axis] && max[axis] <= high, "{text}: {bounds:?}");
+            }
+        }
+        let plane =
+            region("x var-x\ny var-y\na square x\nb square y\nc add a b\nd const 9\ne sub c d\n");
+        assert!(plane.min[2] == f64::NEG_INFINITY && plane.max[0] < 3.3);
     }
 
     /// Truth is "not zero", and remainders are never negative.

@@ -1,0 +1,144 @@
+//! The part of space in which a `.vm` file is shown.
+//!
+//! Fidget shows the square or cube from −1 to 1. A shape that lies in it is shown as there. Of any other shape the extent
+//! is searched by intervals. Where it is infinite, it ends at the smallest cube, doubled from that one, beyond which no
+//! sample lies inside. If there is no such cube, it ends as far away as its farthest finite side.
+
+use crate::analysis::box_eval::{BoxNumber, UniformInput};
+use crate::analysis::extent::extent;
+use crate::expression::{ExprId, Expressions};
+use sdfc_vm::bounds::Bounds;
+use sdfc_vm::interval::Interval;
+
+/// Half sides of the tried cubes.
+const HALF_SIDES: [f64; 5] = [1.0, 2.0, 4.0, 8.0, 16.0];
+/// Maximum number of operations for the samples of one cube; longer files are sampled at fewer points.
+const MAX_SAMPLING_OPERATIONS: usize = 3_000_000;
+/// Range of the number of samples along a side.
+const SAMPLES_PER_SIDE: [usize; 2] = [6, 24];
+
+/// Returns the region in which a number of the point is shown as a solid where it is below zero.
+pub(super) fn shown_region(expressions: &Expressions, value: ExprId, is_2d: bool) -> Bounds {
+    let max_points = MAX_SAMPLING_OPERATIONS / (6 * expressions.len().max(1));
+    let [least, most] = SAMPLES_PER_SIDE;
+    let mut samples = CubeSamples {
+        field: field(expressions, value),
+        is_2d,
+        per_side: max_points.isqrt().clamp(least, most),
+    };
+    let [unit, ..] = HALF_SIDES;
+    if samples.is_inside(unit) && !samples.extends_beyond(unit) {
+        return samples.cube(unit);
+    }
+    let found = extent(expressions, value, &mut |id| uniform_range(expressions, id));
+    if found.is_empty() {
+        return samples.cube(unit);
+    }
+    let mut bounds = found;
+    let axes = if is_2d { 0..2 } else { 0..3 };
+    let ends = |axis: usize| [-found.min[axis], found.max[axis]];
+    let finite_ends = axes.clone().flat_map(ends).filter(|end| end.is_finite());
+    let largest = finite_ends.fold(unit, f64::max);
+    if axes.clone().flat_map(ends).any(f64::is_infinite) {
+        // An infinite shape extends beyond every cube.
+        let half_side = HALF_SIDES
+            .into_iter()
+            .find(|&half| !samples.extends_beyond(half));
+        let end = half_side.unwrap_or(largest);
+        for axis in axes {
+            // A shape beside the origin is shown as far as it is away from it.
+            let [low, high] = ends(axis);
+            if low.is_infinite() {
+                bounds.min[axis] = -end - (-high).max(0.0);
+            }
+            if high.is_infinite() {
+                bounds.max[axis] = end + (-low).max(0.0);
+            }
+        }
+    }
+    bounds
+}
+
+/// Returns a program for the values of a number in boxes.
+pub(super) fn field(expressions: &Expressions, value: ExprId) -> BoxNumber<Interval> {
+    let mut uniform = |id| UniformInput::Known(uniform_range(expressions, id));
+    BoxNumber::new(expressions, value, &mut uniform)
+}
+
+/// Returns the range of a number that depends on no point. Files have no parameters, so it is a constant.
+fn uniform_range(expressions: &Expressions, id: ExprId) -> Interval {
+    expressions
+        .as_constant(id)
+        .map_or(Interval::ALL, Interval::point)
+}
+
+/// Values of a field in cubes around the origin, and on their faces.
+struct CubeSamples {
+    field: BoxNumber<Interval>,
+    is_2d: bool,
+    per_side: usize,
+}
+
+impl CubeSamples {
+    /// Returns the cube, or the square in the plane.
+    fn cube(&self, half_side: f64) -> Bounds {
+        let depth = if self.is_2d { f64::INFINITY } else { half_side };
+        Bounds::centred([half_side, half_side, depth])
+    }
+
+    /// Returns the box that is evaluated for a cube, or for a point: the plane has no depth.
+    fn range(&mut self, mut bounds: Bounds) -> Interval {
+        if self.is_2d {
+            (bounds.min[2], bounds.max[2]) = (0.0, 0.0);
+        }
+        self.field.eval(&bounds, &[])
+    }
+
+    fn is_inside_at(&mut self, point: [f64; 3]) -> bool {
+        let (min, max) = (point, point);
+        self.range(Bounds { min, max }).hi < 0.0
+    }
+
+    /// Reports whether a point of a grid in the cube is inside.
+    fn is_inside(&mut self, half_side: f64) -> bool {
+        let steps = self.steps(half_side);
+        let levels = if self.is_2d { vec![0.0] } else { steps.clone() };
+        levels.iter().any(|&z| {
+            let row = |y: &f64| steps.iter().any(|&x| self.is_inside_at([x, *y, z]));
+            steps.iter().any(row)
+        })
+    }
+
+    /// Reports whether a point of a grid on the faces of the cube is inside. Faces on which intervals exclude that are
+    /// not sampled.
+    fn extends_beyond(&mut self, half_side: f64) -> bool {
+        let axes = if self.is_2d { 0..2 } else { 0..3 };
+        let steps = self.steps(half_side);
+        axes.flat_map(|axis| [(axis, -half_side), (axis, half_side)])
+            .any(|(axis, side)| {
+                let mut face = self.cube(half_side);
+                (face.min[axis], face.max[axis]) = (side, side);
+                if self.range(face).lo > 0.0 {
+                    return false;
+                }
+                let [u, v] = [(axis + 1) % 3, (axis + 2) % 3].map(|other| {
+                    let is_flat = self.is_2d && other == 2;
+                    (other, if is_flat { vec![0.0] } else { steps.clone() })
+                });
+                u.1.iter().any(|&a| {
+                    v.1.iter().any(|&b| {
+                        let mut point = [side; 3];
+                        (point[u.0], point[v.0]) = (a, b);
+                        self.is_inside_at(point)
+                    })
+                })
+            })
+    }
+
+    fn steps(&self, half_side: f64) -> Vec<f64> {
+        let last = (self.per_side - 1) as f64;
+        (0..self.per_side)
+            .map(|i| half_side * (2.0 * i as f64 / last - 1.0))
+            .collect()
+    }
+}
