@@ -325,7 +325,7 @@ fn view(
             _ => plane_view(target, aspect),
         };
         let [x, y, _] = changes.look.unwrap_or(own.look);
-        return Ok(match changes.lens.unwrap_or(own.lens) {
+        return Ok(match changes.checked_lens()?.unwrap_or(own.lens) {
             ResolvedLens::Orthographic(height) => View::plane([x, y], height),
             ResolvedLens::Perspective(_) => own,
         });

@@ -50,6 +50,21 @@ impl CameraChanges {
         self.side.is_some() || self.is_fitted
     }
 
+    /// Returns the projection, if its number is in its range.
+    pub(super) fn checked_lens(&self) -> Result<Option<ResolvedLens>, SettingsError> {
+        Ok(match self.lens {
+            Some(ResolvedLens::Perspective(fov)) => {
+                let fov = field_of_view("the field of view", fov)?;
+                Some(ResolvedLens::Perspective(fov))
+            }
+            Some(ResolvedLens::Orthographic(height)) => {
+                let height = positive("the height of the view", height)?;
+                Some(ResolvedLens::Orthographic(height))
+            }
+            None => None,
+        })
+    }
+
     /// Reports whether the direction of the view is changed. Such a view is not rotated to look past obstructions.
     pub(super) fn fixes_direction(&self) -> bool {
         self.frames_scene() || self.from.is_some()
@@ -137,15 +152,7 @@ impl CameraPose {
             pose.look = look;
         }
         pose.up = changes.up.unwrap_or(pose.up);
-        pose.lens = match changes.lens {
-            Some(ResolvedLens::Perspective(fov)) => {
-                ResolvedLens::Perspective(field_of_view("the field of view", fov)?)
-            }
-            Some(ResolvedLens::Orthographic(height)) => {
-                ResolvedLens::Orthographic(positive("the height of the view", height)?)
-            }
-            None => pose.lens,
-        };
+        pose.lens = changes.checked_lens()?.unwrap_or(pose.lens);
         let direction = DVec3::from(pose.look) - DVec3::from(pose.from);
         let up = DVec3::from(pose.up);
         let sine = direction.cross(up).length();

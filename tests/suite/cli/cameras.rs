@@ -163,6 +163,7 @@ fn impossible_cameras_are_refused() {
         "scene.sdf --from 0,0,0",
         "scene.sdf --from 0,5,0 --up 0,1,0",
         "figure.sdf --view top",
+        "figure.sdf --ortho 0",
     ] {
         let run = sandbox.run(&format!("render {arguments} -o out.png --engine cpu"));
         assert_ne!(run.code, 0, "{arguments}");
