@@ -84,6 +84,37 @@ fn curved_contacts_have_no_specks() {
     assert!(failures.is_empty(), "\n{failures}");
 }
 
+/// Two walls on each other, as fields whose steps are short. A row of rays lies exactly in the plane of contact, where
+/// bounds along the rays alone exclude a value below zero.
+#[test]
+fn walls_of_steep_fields_have_no_gap() {
+    let walls = |solid: &str| {
+        format!(
+            "fn wall(p, low, high) = max(max((abs(p.x - 0.1) - 0.05) * (2 + sin(100 * p.x)), abs(p.y) - 1), \
+             max(low - p.z, p.z - high));\n{solid}"
+        )
+    };
+    let [parts, whole] = [
+        "field(fn(p) => wall(p, 8, 9)) | field(fn(p) => wall(p, 7, 8))",
+        "field(fn(p) => wall(p, 7, 9))",
+    ]
+    .map(walls);
+    let camera =
+        "scene { up: z }\ncamera { from: [5, 0, 8], look: [0, 0, 8.021287075], fov: 30deg }";
+    let mut cpu = open(EngineKind::Cpu).expect("there is always a CPU");
+    let options = DrawOptions {
+        size: SIZES[1],
+        passes: PassOptions::default(),
+        cells: CellMode::Always,
+        scale: 1.0,
+    };
+    let [a, b] = [parts, whole].map(|solid| {
+        image(&mut *cpu, &format!("{camera}\n{solid}\n"), &options).expect("a picture")
+    });
+    let gaps = a.status.iter().zip(&b.status).filter(|(a, b)| a != b);
+    assert_eq!(gaps.count(), 0);
+}
+
 /// Compares a picture of parts with that of their solid; returns a line if pixels differ, else nothing.
 fn differing_pixels(
     engine: &mut dyn Engine,
