@@ -203,6 +203,14 @@ impl Expressions {
         *op == Op::Floor && **values == [operand]
     }
 
+    /// Returns the exponent of a power that is written as products, which allow negative bases: a constant integer of at
+    /// most 16.
+    pub(crate) fn product_exponent(&self, exponent: ExprId) -> Option<i32> {
+        let value = self.as_constant(exponent)?;
+        let is_product = value.fract() == 0.0 && value.abs() <= 16.0;
+        is_product.then_some(value as i32)
+    }
+
     /// Adds an operation without a point or parameters.
     pub fn call(&mut self, op: Op, values: &[ExprId]) -> ExprId {
         self.apply(op, None, values, &[])

@@ -234,6 +234,8 @@ fn is_not_zero(expressions: &mut Expressions, value: ExprId) -> ExprId {
 enum ClauseOp {
     Row(Op),
     Reciprocal,
+    /// A power, of a negative base for integer exponents only.
+    Power,
     /// The signs −1, 0 and 1 of a difference.
     Compare,
     /// The least remainder that is not negative.
@@ -251,6 +253,18 @@ impl ClauseOp {
     fn apply(self, e: &mut Expressions, values: &[ExprId]) -> ExprId {
         match self {
             Self::Row(op) => e.call(op, values),
+            Self::Power => {
+                let Some(exponent) = e.product_exponent(values[1]) else {
+                    return e.call(Op::Pow, values);
+                };
+                let one = e.constant(1.0);
+                let multiplied = |product, _| e.call(Op::Mul, &[product, values[0]]);
+                let product = (0..exponent.unsigned_abs()).fold(one, multiplied);
+                match exponent < 0 {
+                    true => e.call(Op::Div, &[one, product]),
+                    false => product,
+                }
+            }
             Self::Reciprocal => {
                 let one = e.constant(1.0);
                 e.call(Op::Div, &[one, values[0]])
@@ -284,7 +298,11 @@ impl ClauseOp {
         match self {
             ClauseOp::Row(op) => op.row().arity(),
             ClauseOp::Reciprocal | ClauseOp::Not => 1,
-            ClauseOp::Compare | ClauseOp::Remainder | ClauseOp::And | ClauseOp::Or => 2,
+            ClauseOp::Power
+            | ClauseOp::Compare
+            | ClauseOp::Remainder
+            | ClauseOp::And
+            | ClauseOp::Or => 2,
         }
     }
 }
@@ -319,7 +337,7 @@ const OPERATIONS: [(&str, ClauseOp); 30] = [
     ("exp", ClauseOp::Row(Op::Exp)),
     ("ln", ClauseOp::Row(Op::Ln)),
     ("log", ClauseOp::Row(Op::Ln)),
-    ("pow", ClauseOp::Row(Op::Pow)),
+    ("pow", ClauseOp::Power),
     ("mod", ClauseOp::Remainder),
     ("floor", ClauseOp::Row(Op::Floor)),
     ("ceil", ClauseOp::Row(Op::Ceil)),
@@ -419,6 +437,19 @@ mod tests {
             assert!(
                 (result - expected).abs() < 1e-12,
                 "{operation} {x} {y}: {result}"
+            );
+        }
+        for (exponent, x, expected) in [
+            (2, -0.5, 0.25),
+            (3, -2.0, -8.0),
+            (-1, -4.0, -0.25),
+            (0, -4.0, 1.0),
+        ] {
+            let text = format!("_0 var-x\n_1 const {exponent}\n_2 pow _0 _1\n");
+            let result = value(&text, [x, 0.0, 0.0]);
+            assert!(
+                (result - expected).abs() < 1e-12,
+                "{x} to the {exponent}: {result}"
             );
         }
         for (operation, x, expected) in [

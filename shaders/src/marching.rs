@@ -406,7 +406,8 @@ fn is_last_probe<R: Real>(probes: R) -> R::Bool {
 /// probe.
 ///
 /// Two probes lie on opposite sides of the ray. Both are inside of solids that touch there, and neither beside a
-/// sheet. Of a ray that grazes a surface, only one is. A third probe, for raw fields, tells a contact from a surface ahead. Coordinates outside of the box from `low` to `high`, in
+/// sheet. Of a ray that grazes a surface, only one is. A third probe, for raw fields, tells a contact from a
+/// surface ahead. Coordinates outside of the box from `low` to `high`, in
 /// which the field is known, are mirrored.
 #[inline(always)]
 #[expect(clippy::too_many_arguments, reason = "a ray and its state")]

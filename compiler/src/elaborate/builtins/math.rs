@@ -333,11 +333,7 @@ impl<'a> Elaborator<'a> {
         }
         Ok(self.componentwise(&call, |e, numbers| {
             let [base, exponent] = [numbers[0], numbers[1]];
-            let integer = e
-                .expressions
-                .as_constant(exponent.id)
-                .filter(|n| n.fract() == 0.0 && n.abs() <= 16.0);
-            let Some(n) = integer else {
+            let Some(n) = e.expressions.product_exponent(exponent.id) else {
                 if e.expressions
                     .as_constant(base.id)
                     .is_some_and(|base| base < 0.0)
@@ -351,7 +347,7 @@ impl<'a> Elaborator<'a> {
                 return Some(ScalarValue::plain(id));
             };
             let mut result = ScalarValue::int(e.expressions.constant(1.0));
-            for _ in 0..n.abs() as u32 {
+            for _ in 0..n.unsigned_abs() {
                 let quantity = result.quantity.product(base.quantity);
                 let id = e.op(Op::Mul, &[result.id, base.id]);
                 result = ScalarValue {
@@ -360,7 +356,7 @@ impl<'a> Elaborator<'a> {
                     is_integer: result.is_integer && base.is_integer,
                 };
             }
-            if n < 0.0 {
+            if n < 0 {
                 if e.expressions.as_constant(result.id) == Some(0.0) {
                     e.report(Diagnostic::error(
                         codes::E0402,
