@@ -7,6 +7,7 @@ pub mod bounds;
 mod bounds_slack;
 pub(crate) mod box_eval;
 mod climb;
+pub(crate) mod definedness;
 pub(crate) mod extent;
 pub(crate) mod param_ranges;
 pub mod range;

@@ -13,6 +13,9 @@ use sdfc_vm::table::Op;
 use sdfc_vm::vector::V3;
 use std::collections::HashMap;
 
+/// Largest exponent of a power that is written as products.
+const MAX_PRODUCT_EXPONENT: f64 = 16.0;
+
 /// Number of the scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct ExprId(u32);
@@ -203,12 +206,43 @@ impl Expressions {
         *op == Op::Floor && **values == [operand]
     }
 
-    /// Returns the exponent of a power that is written as products, which allow negative bases: a constant integer of at
-    /// most 16.
+    /// Returns the exponent of a power that is written as products: a constant integer of at most 16.
     pub(crate) fn product_exponent(&self, exponent: ExprId) -> Option<i32> {
         let value = self.as_constant(exponent)?;
-        let is_product = value.fract() == 0.0 && value.abs() <= 16.0;
+        let is_product = value.fract() == 0.0 && value.abs() <= MAX_PRODUCT_EXPONENT;
         is_product.then_some(value as i32)
+    }
+
+    /// Adds a power that is not written as products. A constant integer exponent also applies to negative bases.
+    pub(crate) fn power(&mut self, base: ExprId, exponent: ExprId) -> ExprId {
+        let integer = self.as_constant(exponent).filter(|v| v.fract() == 0.0);
+        let Some(integer) = integer else {
+            return self.call_where_defined(Op::Pow, &[base, exponent]);
+        };
+        let magnitude = self.call(Op::Abs, &[base]);
+        let power = self.call(Op::Pow, &[magnitude, exponent]);
+        if integer % 2.0 == 0.0 {
+            return power;
+        }
+        let sign = self.call(Op::Sign, &[base]);
+        self.call(Op::Mul, &[sign, power])
+    }
+
+    /// Adds an operation that is not folded where its result is not defined.
+    pub(crate) fn call_where_defined(&mut self, op: Op, values: &[ExprId]) -> ExprId {
+        let constants: Option<Vec<f64>> = values.iter().map(|&id| self.as_constant(id)).collect();
+        let defined_for = op.row().facts.defined_for;
+        if constants.is_none_or(|operands| defined_for.includes(&operands)) {
+            return self.call(op, values);
+        }
+        let node = Expression::Apply {
+            op,
+            point: None,
+            values: values.to_vec(),
+            parameters: Vec::new(),
+        };
+        let key = Key::Apply(op, None, values.to_vec(), Vec::new());
+        self.insert(key, || node, Stage::Constant)
     }
 
     /// Adds an operation without a point or parameters.

@@ -6,9 +6,11 @@
 
 mod region;
 
+use crate::analysis::definedness::outside_where_undefined;
+use crate::analysis::param_ranges::ParamRanges;
 use crate::elaborate::{NoFiles, Options, elaborate};
 use crate::expression::{ExprId, Expressions};
-use crate::scene::{Scene, Shape, ShapeId, ShapeKind};
+use crate::scene::{Scene, SceneRef, Shape, ShapeId, ShapeKind};
 use region::shown_region;
 use sdfc_lang::{Diagnostic, FileId, Sources, Span, codes};
 use sdfc_vm::table::Op;
@@ -82,6 +84,8 @@ pub fn parse_fidget_text(sources: &Sources, file: FileId) -> (Option<Scene>, Vec
         }
         return (None, errors);
     };
+    let ranges = ParamRanges::for_scene(SceneRef::from(&scene));
+    let value = outside_where_undefined(&mut scene.expressions, value, &ranges);
     let is_2d = !reads_z;
     let region = shown_region(&scene.expressions, value, is_2d);
     let kind = ShapeKind::Field {
@@ -252,22 +256,22 @@ impl ClauseOp {
     /// Adds the operation to a graph.
     fn apply(self, e: &mut Expressions, values: &[ExprId]) -> ExprId {
         match self {
-            Self::Row(op) => e.call(op, values),
+            Self::Row(op) => e.call_where_defined(op, values),
             Self::Power => {
                 let Some(exponent) = e.product_exponent(values[1]) else {
-                    return e.call(Op::Pow, values);
+                    return e.power(values[0], values[1]);
                 };
                 let one = e.constant(1.0);
                 let multiplied = |product, _| e.call(Op::Mul, &[product, values[0]]);
                 let product = (0..exponent.unsigned_abs()).fold(one, multiplied);
                 match exponent < 0 {
-                    true => e.call(Op::Div, &[one, product]),
+                    true => e.call_where_defined(Op::Div, &[one, product]),
                     false => product,
                 }
             }
             Self::Reciprocal => {
                 let one = e.constant(1.0);
-                e.call(Op::Div, &[one, values[0]])
+                e.call_where_defined(Op::Div, &[one, values[0]])
             }
             Self::Compare => {
                 let less = e.call(Op::Less, &[values[0], values[1]]);
@@ -276,7 +280,7 @@ impl ClauseOp {
             }
             Self::Remainder => {
                 let divisor = e.call(Op::Abs, &[values[1]]);
-                e.call(Op::Modulo, &[values[0], divisor])
+                e.call_where_defined(Op::Modulo, &[values[0], divisor])
             }
             Self::And => {
                 let is_true = is_not_zero(e, values[0]);
@@ -444,13 +448,14 @@ mod tests {
             (3, -2.0, -8.0),
             (-1, -4.0, -0.25),
             (0, -4.0, 1.0),
+            (20, -1.5, 1.5_f64.powi(20)),
+            (17, -1.5, -1.5_f64.powi(17)),
+            (-18, -1.5, 1.5_f64.powi(-18)),
         ] {
             let text = format!("_0 var-x\n_1 const {exponent}\n_2 pow _0 _1\n");
             let result = value(&text, [x, 0.0, 0.0]);
-            assert!(
-                (result - expected).abs() < 1e-12,
-                "{x} to the {exponent}: {result}"
-            );
+            let error = (result - expected).abs() / expected.abs();
+            assert!(error < 1e-12, "{x} to the {exponent}: {result}");
         }
         for (operation, x, expected) in [
             ("not", 0.0, 1.0),
@@ -468,6 +473,28 @@ mod tests {
                 (result - expected).abs() < 1e-12,
                 "{operation} {x}: {result}"
             );
+        }
+    }
+
+    #[test]
+    fn what_is_not_defined_is_outside() {
+        for (clauses, x, expected) in [
+            ("a sqrt x", 4.0, 2.0),
+            ("a sqrt x", -4.0, 1e9),
+            ("b const -4\na sqrt b", 0.0, 1e9),
+            ("b const -4\nc ln b\na sub x c", 0.0, 1e9),
+            ("b const 0\na div b b", 0.0, 1e9),
+            ("b const 0\na mod x b", 1.0, 1e9),
+            ("b const 0.5\na pow x b", -1.0, 1e9),
+            ("b const 2\na asin b", 0.0, 1e9),
+            ("b asin x\nc neg b\na min x c", 1.5, 1e9),
+            // A disjunction that its first operand decides.
+            ("b sqrt x\nc const 3\na or c b", -1.0, 3.0),
+            ("b sqrt x\nc const 0\na or c b", -1.0, 1e9),
+        ] {
+            let text = format!("x var-x\n{clauses}\nr add a a\nh const 0.5\nd mul r h\n");
+            let result = value(&text, [x, 0.0, 0.0]);
+            assert!((result / expected - 1.0).abs() < 1e-12, "{text}: {result}");
         }
     }
 }

@@ -6,6 +6,8 @@ mod boxes;
 mod cutters;
 #[path = "elaborate/cutters_sloping.rs"]
 mod cutters_sloping;
+#[path = "elaborate/definedness.rs"]
+mod definedness;
 #[path = "elaborate/errors.rs"]
 mod errors;
 #[path = "elaborate/meaning.rs"]

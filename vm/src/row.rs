@@ -157,6 +157,34 @@ pub enum Continuity {
     HasPoles,
 }
 
+/// The operands for which a result is defined. For others, it is a finite number without a meaning.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum DefinedFor {
+    /// All operands.
+    All,
+    /// A first operand of at least 0: roots, logarithms and powers.
+    NotNegative,
+    /// A first operand from −1 to 1: arc functions.
+    UpToOne,
+    /// Two operands that are not both zero: quotients.
+    NotBothZero,
+    /// A second operand other than zero: remainders.
+    DivisorNotZero,
+}
+
+impl DefinedFor {
+    /// Reports whether a result is defined for these operands.
+    pub fn includes(self, operands: &[f64]) -> bool {
+        match (self, operands) {
+            (Self::NotNegative, [a, ..]) => *a >= 0.0,
+            (Self::UpToOne, [a, ..]) => a.abs() <= 1.0,
+            (Self::NotBothZero, [a, b, ..]) => *a != 0.0 || *b != 0.0,
+            (Self::DivisorNotZero, [_, b, ..]) => *b != 0.0,
+            _ => true,
+        }
+    }
+}
+
 /// The rule for the bounding box of a result, given those of its operands.
 #[derive(Clone, Copy, Debug)]
 pub enum BoundsRule {
@@ -331,6 +359,8 @@ pub struct OpFacts {
     pub slope: SlopeRule,
     /// Its continuity as a function of operands or point.
     pub continuity: Continuity,
+    /// The operands for which its result is defined.
+    pub defined_for: DefinedFor,
     /// The rule for its bounding box.
     pub bounds: BoundsRule,
     /// The set operation that it performs, with a blend or without.

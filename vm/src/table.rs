@@ -18,13 +18,13 @@ use crate::ops::{map_bounds, prepare, shapes};
 use crate::real::Real;
 use crate::row::AxisExtent::{Function, Infinite, Largest, Sum};
 use crate::row::{
-    ArgumentKind as A, BoundsRule, BuiltinSignature, Category, Continuity, Exactness, Input,
-    OpFacts, Output, Parameter, ParameterType, SlopeRule, optional, required,
+    ArgumentKind as A, BoundsRule, BuiltinSignature, Category, Continuity, DefinedFor, Exactness,
+    Input, OpFacts, Output, Parameter, ParameterType, SlopeRule, optional, required,
 };
 use define::{define_operations, input_kind};
 use facts::{
-    COMBINE, DIMENSION, DISTANCE, DOMAIN, INTERSECTION, JUMP, LATTICE, MATH, PLANE, POLE, SOLID,
-    SUBTRACTION, UNION, Y_AXIS, Z_AXIS, flat,
+    COMBINE, DIMENSION, DISTANCE, DOMAIN, INTERSECTION, JUMP, LATTICE, MATH, NOT_NEGATIVE, PLANE,
+    POLE, SOLID, SUBTRACTION, UNION, UP_TO_ONE, Y_AXIS, Z_AXIS, flat,
 };
 
 /// Passes the rows to a macro: `callback! { rows… }`.
@@ -785,9 +785,15 @@ macro_rules! for_each_operation {
                 ..MATH
             };
             /// The quotient of two numbers; a divisor below 1e-18 in magnitude counts as 1e-18.
-            Div "div" = math::div(a: Value, b: Value;) -> Value, prepare::identity, POLE;
+            Div "div" = math::div(a: Value, b: Value;) -> Value, prepare::identity, OpFacts {
+                defined_for: DefinedFor::NotBothZero,
+                ..POLE
+            };
             /// The remainder of a floored division: it has the divisor's sign.
-            Modulo "modulo" = math::modulo(a: Value, b: Value;) -> Value, prepare::identity, JUMP;
+            Modulo "modulo" = math::modulo(a: Value, b: Value;) -> Value, prepare::identity, OpFacts {
+                defined_for: DefinedFor::DivisorNotZero,
+                ..JUMP
+            };
             /// The number with the opposite sign.
             Neg "neg" = math::neg(a: Value;) -> Value, prepare::identity, OpFacts {
                 slope: SlopeRule::MaxOfOperands(1.0),
@@ -828,9 +834,9 @@ macro_rules! for_each_operation {
             /// The integer part, rounded towards zero.
             Trunc "trunc" = math::trunc(a: Value;) -> Value, prepare::identity, JUMP;
             /// The square root; zero for negative numbers.
-            Sqrt "sqrt" = math::sqrt(a: Value;) -> Value, prepare::identity, MATH;
+            Sqrt "sqrt" = math::sqrt(a: Value;) -> Value, prepare::identity, NOT_NEGATIVE;
             /// One over the square root; numbers below 1e-30 count as 1e-30.
-            InverseSqrt "inverse_sqrt" = math::inverse_sqrt(a: Value;) -> Value, prepare::identity, MATH;
+            InverseSqrt "inverse_sqrt" = math::inverse_sqrt(a: Value;) -> Value, prepare::identity, NOT_NEGATIVE;
             /// The sine of an angle in radians.
             Sin "sin" = math::sin(a: Value;) -> Value, prepare::identity, OpFacts {
                 slope: SlopeRule::MaxOfOperands(1.0),
@@ -844,9 +850,9 @@ macro_rules! for_each_operation {
             /// The tangent of an angle in radians.
             Tan "tan" = math::tan(a: Value;) -> Value, prepare::identity, POLE;
             /// The angle with this sine; the number is clamped to −1 and 1.
-            Asin "asin" = math::asin(a: Value;) -> Value, prepare::identity, MATH;
+            Asin "asin" = math::asin(a: Value;) -> Value, prepare::identity, UP_TO_ONE;
             /// The angle with this cosine; the number is clamped to −1 and 1.
-            Acos "acos" = math::acos(a: Value;) -> Value, prepare::identity, MATH;
+            Acos "acos" = math::acos(a: Value;) -> Value, prepare::identity, UP_TO_ONE;
             /// The angle with this tangent, in [−π/2, π/2].
             Atan "atan" = math::atan(a: Value;) -> Value, prepare::identity, OpFacts {
                 slope: SlopeRule::MaxOfOperands(1.0),
@@ -868,11 +874,11 @@ macro_rules! for_each_operation {
             /// Two to the power of the number.
             Exp2 "exp2" = math::exp2(a: Value;) -> Value, prepare::identity, MATH;
             /// The natural logarithm; for zero and negative numbers, that of the smallest number.
-            Ln "ln" = math::ln(a: Value;) -> Value, prepare::identity, MATH;
+            Ln "ln" = math::ln(a: Value;) -> Value, prepare::identity, NOT_NEGATIVE;
             /// The logarithm to base two; for zero and negative numbers, that of the smallest number.
-            Log2 "log2" = math::log2(a: Value;) -> Value, prepare::identity, MATH;
+            Log2 "log2" = math::log2(a: Value;) -> Value, prepare::identity, NOT_NEGATIVE;
             /// The first number, which must not be negative, to the power of the second.
-            Pow "pow" = math::pow(a: Value, b: Value;) -> Value, prepare::identity, MATH;
+            Pow "pow" = math::pow(a: Value, b: Value;) -> Value, prepare::identity, NOT_NEGATIVE;
             /// 0 where the second number is below the first, 1 elsewhere.
             Step "step" = math::step(edge: Value, a: Value;) -> Value, prepare::identity, JUMP;
             /// 0 up to the first number and 1 from the second on. Between them, it is a smooth cubic of the third.

@@ -286,6 +286,13 @@ impl<R: BoxValue> BoxNumber<R> {
 
     /// Evaluates the number in a box, which may be infinite, with these ranges of other numbers.
     pub(crate) fn eval(&mut self, bounds: &Bounds, ranges: &[Interval]) -> R {
+        let last = self.eval_all(bounds, ranges).last();
+        last.copied()
+            .unwrap_or_else(|| R::from_range(Interval::ALL))
+    }
+
+    /// Evaluates the number and all its operands in a box, in the order of their identifiers.
+    pub(crate) fn eval_all(&mut self, bounds: &Bounds, ranges: &[Interval]) -> &[R] {
         self.values.clear();
         self.relative.clear();
         for step in &self.steps {
@@ -300,9 +307,7 @@ impl<R: BoxValue> BoxNumber<R> {
             self.values.push(value);
             self.relative.push(relative);
         }
-        let last = self.values.last();
-        last.copied()
-            .unwrap_or_else(|| R::from_range(Interval::ALL))
+        &self.values
     }
 
     /// Returns the cost of an evaluation, in sums and products; at least one.

@@ -161,7 +161,7 @@ const DESCRIPTIONS: &[(&str, &str, &str)] = &[
         "",
         "The solid where a function of the point is negative, or a 2-D shape if the function is written \
          `fn(p: vec2)`. `lipschitz` states a bound on its slope, and `within` cuts it to a box of this \
-         size.",
+         size. Points where the function is not defined, as the root of a negative number, are outside.",
     ),
     (
         "heightfield",
@@ -274,7 +274,7 @@ const DESCRIPTIONS: &[(&str, &str, &str)] = &[
     (
         "pow",
         "a, b",
-        "a to the power of b. Integer exponents from -16 to 16 also apply to negative numbers.",
+        "a to the power of b. Integer exponents also apply to negative numbers.",
     ),
     ("dot", "a, b", "The inner product of two vectors."),
     ("cross", "a, b", "The vector product of two vec3."),

@@ -1,7 +1,7 @@
 //! Facts that rows of one kind have in common.
 
 use crate::row::{
-    BoundsRule, Category, Continuity, Exactness, Flat, OpFacts, SetOperation, SlopeRule,
+    BoundsRule, Category, Continuity, DefinedFor, Exactness, Flat, OpFacts, SetOperation, SlopeRule,
 };
 
 /// Facts common to the solids; each adds its bounds and its source.
@@ -11,6 +11,7 @@ pub(super) const SOLID: OpFacts = OpFacts {
     exactness: Exactness::Exact,
     slope: SlopeRule::Constant(1.0),
     continuity: Continuity::Continuous,
+    defined_for: DefinedFor::All,
     bounds: BoundsRule::Infinite,
     set: None,
     blend: None,
@@ -94,6 +95,16 @@ pub(super) const JUMP: OpFacts = OpFacts {
 /// Facts common to arithmetic with poles.
 pub(super) const POLE: OpFacts = OpFacts {
     continuity: Continuity::HasPoles,
+    ..MATH
+};
+/// Facts common to arithmetic of numbers that must not be negative.
+pub(super) const NOT_NEGATIVE: OpFacts = OpFacts {
+    defined_for: DefinedFor::NotNegative,
+    ..MATH
+};
+/// Facts common to arc functions of numbers from −1 to 1.
+pub(super) const UP_TO_ONE: OpFacts = OpFacts {
+    defined_for: DefinedFor::UpToOne,
     ..MATH
 };
 /// Facts common to noise.

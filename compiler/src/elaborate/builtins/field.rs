@@ -1,6 +1,8 @@
 //! Functions of the point: raw fields, terrain, displacement, warps, and noise.
 
+use crate::analysis::definedness::{outside_where_undefined, undefined_condition};
 use crate::analysis::extent::extent;
+use crate::analysis::param_ranges::ParamRanges;
 use crate::elaborate::Elaborator;
 use crate::elaborate::angles;
 use crate::elaborate::argument_conversion::BoundArgs;
@@ -11,7 +13,7 @@ use crate::elaborate::numbers::{Form, components};
 use crate::elaborate::shapes::shape_value;
 use crate::elaborate::value::{Abort, EvalResult, Quantity, ScalarValue, Value, Vector};
 use crate::expression::{ExprId, Stage};
-use crate::scene::ShapeKind;
+use crate::scene::{NO_SURFACE_DISTANCE, ShapeKind};
 use sdfc_lang::{Diagnostic, Span, codes};
 use sdfc_vm::bounds::Bounds;
 use sdfc_vm::interval::Interval;
@@ -39,6 +41,7 @@ impl<'a> Elaborator<'a> {
         let Some(value) = self.evaluate_field(&function, point, bound.span_at(0))? else {
             return Ok(Value::Poison);
         };
+        let value = self.outside_where_undefined(value);
         let slope = bound.is_given(1).then(|| bound.number(1));
         if let Some(slope) = slope
             && self
@@ -93,6 +96,12 @@ impl<'a> Elaborator<'a> {
         extent(expressions, value, &mut |id| {
             Interval::point(expressions.as_constant(id).unwrap_or(f64::NAN))
         })
+    }
+
+    /// Returns the value of a field, and a distance without a surface wherever the value is not defined.
+    fn outside_where_undefined(&mut self, value: ExprId) -> ExprId {
+        let ranges = ParamRanges::for_scene(self.scene_ref());
+        outside_where_undefined(&mut self.expressions, value, &ranges)
     }
 
     /// Evaluates a function of the point to a number.
@@ -179,6 +188,7 @@ impl<'a> Elaborator<'a> {
         region.max[up] = high;
         let height_axis = [x, y, z][up].id;
         let value = self.op(Op::Sub, &[height_axis, height]);
+        let value = self.outside_where_undefined(value);
         let kind = ShapeKind::Field {
             value,
             slope: None,
@@ -207,6 +217,7 @@ impl<'a> Elaborator<'a> {
             return Ok(Value::Poison);
         };
         let amount = self.op(Op::Neg, &[amount]);
+        let amount = self.outside_where_undefined(amount);
         Ok(Value::Shape(self.add(
             ShapeKind::Displace { child, amount },
             is_2d,
@@ -253,11 +264,22 @@ impl<'a> Elaborator<'a> {
                 return Ok(self.report_wrong(&value, &message, span));
             }
         };
-        Ok(Value::Shape(self.add(
-            ShapeKind::Warp { child, point },
-            is_2d,
-            bound.span,
-        )))
+        let warped = self.add(ShapeKind::Warp { child, point }, is_2d, bound.span);
+        let ranges = ParamRanges::for_scene(self.scene_ref());
+        let Some(condition) = undefined_condition(&mut self.expressions, &point, &ranges) else {
+            return Ok(Value::Shape(warped));
+        };
+        // Points that the function does not map are cut off.
+        let [cut, kept] = [-NO_SURFACE_DISTANCE, NO_SURFACE_DISTANCE]
+            .map(|distance| self.expressions.constant(distance));
+        let kind = ShapeKind::Field {
+            value: self.op(Op::Select, &[condition, cut, kept]),
+            slope: None,
+            region: Bounds::ALL_SPACE,
+        };
+        let undefined = self.add(kind, is_2d, bound.span);
+        let operands = vec![warped, undefined];
+        shape_value(self.combine(Op::Subtraction, Vec::new(), operands, bound.span))
     }
 
     /// Evaluates `noise(p, seed)`: gradient noise at a number, a vec2 or a vec3.

@@ -326,7 +326,7 @@ impl<'a> Elaborator<'a> {
         })
     }
 
-    /// Evaluates `pow(a, b)`. Integer powers up to 16 are products, which allow negative bases.
+    /// Evaluates `pow(a, b)`. Integer powers up to 16 are products.
     pub(crate) fn power(&mut self, call: Invocation<'a>) -> EvalResult<'a> {
         if self.has_wrong_arg_count(&call, 2..=2) {
             return Ok(Value::Poison);
@@ -334,15 +334,15 @@ impl<'a> Elaborator<'a> {
         Ok(self.componentwise(&call, |e, numbers| {
             let [base, exponent] = [numbers[0], numbers[1]];
             let Some(n) = e.expressions.product_exponent(exponent.id) else {
-                if e.expressions
-                    .as_constant(base.id)
-                    .is_some_and(|base| base < 0.0)
-                {
+                let [base_value, exponent_value] =
+                    [base, exponent].map(|number| e.expressions.as_constant(number.id));
+                let is_integer = exponent_value.is_some_and(|v| v.fract() == 0.0);
+                if base_value.is_some_and(|v| v < 0.0) && !is_integer {
                     let message = "a negative number has only integer powers";
                     e.report(Diagnostic::error(codes::E0401, call.span, message));
                     return None;
                 }
-                let id = e.op(Op::Pow, &[base.id, exponent.id]);
+                let id = e.expressions.power(base.id, exponent.id);
                 e.require_finite(id, call.span)?;
                 return Some(ScalarValue::plain(id));
             };
