@@ -477,7 +477,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_not_defined_is_outside() {
+    fn points_without_a_value_are_outside() {
         for (clauses, x, expected) in [
             ("a sqrt x", 4.0, 2.0),
             ("a sqrt x", -4.0, 1e9),

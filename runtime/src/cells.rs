@@ -119,12 +119,12 @@ impl Aabb {
             high: std::array::from_fn(|axis| face_coordinate(axis, coordinates[axis] + 1)),
         }
     }
-    /// Returns a slightly larger box, for points that rounding puts on the wrong side of a face.
-    pub fn with_margin(&self, split: CellSplit) -> Self {
+    /// Returns a box that is larger by a distance, and by what rounding puts on the wrong side of a face.
+    pub fn with_margin(&self, split: CellSplit, distance: f32) -> Self {
         let farthest = (0..3).fold(0.0, |largest, axis| {
             f32::max(largest, self.low[axis].abs().max(self.high[axis].abs()))
         });
-        let margin = self.longest_side() / 64.0 + farthest * 1e-6;
+        let margin = distance + self.longest_side() / 64.0 + farthest * 1e-6;
         let child_counts = split.child_counts();
         let margin = |axis: usize| if child_counts[axis] > 1 { margin } else { 0.0 };
         Self {
@@ -200,6 +200,7 @@ const NODE: u32 = 1 << 31;
 pub struct Cells {
     split: CellSplit,
     band: f32,
+    margin: f32,
     /// All cells; the first is the root.
     cells: Vec<Cell>,
     /// Children of the split cells.

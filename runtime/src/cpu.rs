@@ -16,6 +16,7 @@ mod morton;
 mod normal;
 mod occlusion;
 mod packet;
+mod plane;
 pub mod plane_quadtree;
 mod ray_tasks;
 mod refine_roots;
@@ -27,7 +28,7 @@ mod work;
 
 use crate::cells::{Aabb, Cells};
 pub use crate::render::FieldFacts;
-use crate::render::{Geometry, Image, PixelPlane, RenderJob, RenderProgress, Samples};
+use crate::render::{ExactValues, Geometry, Image, PixelPlane, RenderJob, RenderProgress, Samples};
 pub use cell_trial::CellLayout;
 use sdfc_shaders::layout;
 pub use sdfc_vm::lanes::{F32x64, LANES, Points};
@@ -53,7 +54,12 @@ pub trait RenderField: Sync {
         None
     }
     /// Returns the field at every pixel of a plane, as [`plane_quadtree::sample`] does, if that is profitable.
-    fn sample_plane(&self, _job: &RenderJob, _plane: &PixelPlane, _band: f32) -> Option<Vec<f32>> {
+    fn sample_plane(
+        &self,
+        _job: &RenderJob,
+        _plane: &PixelPlane,
+        _exact: ExactValues,
+    ) -> Option<Vec<f32>> {
         None
     }
     /// Creates an evaluator with its buffers; each thread has its own.

@@ -7,7 +7,7 @@ pub(crate) mod plane;
 mod prepare;
 pub(crate) mod ray;
 
-pub use plane::PixelPlane;
+pub use plane::{ExactValues, PixelPlane};
 pub use prepare::{Axes, RenderJob, prepare};
 pub use sdfc_shaders::features::{Features, Mode, Normals, Occlusion};
 pub use sdfc_shaders::layout::Surface;

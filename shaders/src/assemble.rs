@@ -271,7 +271,8 @@ impl RenderStage {
             Self::Normal if features.normals == Normals::Exact => 2 + discontinuity_taps(),
             Self::Normal => normals::taps(features.normals).len() as u32,
             Self::Surface => 1,
-            Self::Plane => 2,
+            // The pixel, one around the block, a probe, and the surface.
+            Self::Plane => 4,
             Self::Beam | Self::March | Self::Shadow | Self::Occlusion => 0,
             Self::Shade | Self::View | Self::Edges => 0,
         }
@@ -464,14 +465,16 @@ pub fn kernel(stage: RenderStage, features: &Features, scene: &SceneSource<'_>) 
 
 /// Returns the files shared by several kernels that this one mentions.
 fn shared_text(stage_text: &str) -> String {
+    let camera = include_str!("kernels/camera.wgsl");
     let parts = [
-        ("is_nan", include_str!("kernels/nan.wgsl")),
-        ("line_index", include_str!("kernels/work.wgsl")),
-        ("camera_ray", include_str!("kernels/camera.wgsl")),
-        ("enqueue", include_str!("kernels/queue.wgsl")),
+        (["is_nan"].as_slice(), include_str!("kernels/nan.wgsl")),
+        (&["line_index"], include_str!("kernels/work.wgsl")),
+        (&["camera_ray", "camera_ray_at"], camera),
+        (&["enqueue"], include_str!("kernels/queue.wgsl")),
     ];
     let mentioned: BTreeSet<&str> = identifiers(stage_text).collect();
-    let used = parts.iter().filter(|(name, _)| mentioned.contains(name));
+    let is_used = |names: &[&str]| names.iter().any(|name| mentioned.contains(name));
+    let used = parts.iter().filter(|(names, _)| is_used(names));
     used.map(|(_, text)| format!("{text}\n")).collect()
 }
 

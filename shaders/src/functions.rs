@@ -166,7 +166,12 @@ functions! {
     depth_color = views::depth_color(t, range);
     id_color = views::id_color(id);
     distance_color = views::distance_color(field, spacing, pixel_size);
-    coverage = views::coverage(field, pixel_size);
+    change_per_pixel = views::change_per_pixel(before, field, after);
+    pixels_to_edge = views::pixels_to_edge(field, change);
+    coverage = views::coverage(pixels, samples);
+    is_doubtful_edge = views::is_doubtful_edge(field, lowest, highest, covered);
+    edge_probe = views::edge_probe(pixels, change);
+    probed_coverage = views::probed_coverage(field, probe, covered);
     edge_between = views::edge_between(
         p, normal, id, p_other, normal_other, id_other, half_pixel, same_coverage
     );

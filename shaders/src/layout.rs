@@ -197,6 +197,8 @@ shared! {
         slope: f32,
         /// Rounding error of a cell's position.
         rounding: f32,
+        /// Distance by which a cell is enlarged before only its sign is kept.
+        margin: f32,
         /// Number of clauses up to which a cell is not split further.
         max_leaf_clauses: u32,
         /// Number of clauses of the full tape.
@@ -217,8 +219,6 @@ shared! {
         clause_budget: u32,
         /// Maximum number of workgroups along an axis.
         max_groups_per_axis: u32,
-        /// Padding to a multiple of 16 bytes.
-        reserved0: u32,
     }
 }
 

@@ -71,10 +71,83 @@ pub fn distance_color<R: Real>(field: R, spacing: R, pixel_size: R) -> R::Vec3 {
     with_lines.mix(rgb::<R>(0.08, 0.09, 0.12), border)
 }
 
-/// Returns the fraction of a pixel that a 2-D shape covers, from the field at its middle.
+/// Largest change of a field between two pixels; the squares of larger ones may overflow.
+const MAX_CHANGE: f64 = 1e15;
+/// Number of pixels beyond an edge at which a probe tells a thin part from a contact.
+const PROBE_DEPTH: f64 = 0.05;
+/// Distance to the edge of a flat field, in pixels.
+const NO_EDGE: f64 = 1e9;
+
+/// Returns the change of a field per pixel along an axis of the picture. `before` and `after` are its values at the
+/// neighbours. Of the changes on both sides, the larger one counts: the other may cross a crease.
 #[inline(always)]
-pub fn coverage<R: Real>(field: R, pixel_size: R) -> R {
-    (lit::<R>(0.5) - field / pixel_size.max(lit(1e-20))).saturate()
+pub fn change_per_pixel<R: Real>(before: R, field: R, after: R) -> R {
+    let limited = |change: R| change.clamp(lit(-MAX_CHANGE), lit(MAX_CHANGE));
+    let back = limited(field - before).named("back");
+    let ahead = limited(after - field).named("ahead");
+    R::select(ahead.abs().less(back.abs()), back, ahead)
+}
+
+/// Returns the distance from a pixel's middle to the edge of a 2-D shape, in pixels and negative inside. It is the
+/// field divided by its change per pixel. So a factor of the field moves no edge.
+#[inline(always)]
+pub fn pixels_to_edge<R: Real>(field: R, change: R::Vec2) -> R {
+    let largest = change.x().abs().max(change.y().abs()).named("largest");
+    let scale = largest.at_least(lit(1e-30)).named("scale");
+    let (x, y) = (change.x() / scale, change.y() / scale);
+    let steepness = (scale * (x * x + y * y).sqrt()).named("steepness");
+    let by_sign = R::select(field.less(lit(0.0)), lit(-NO_EDGE), lit(NO_EDGE));
+    R::select(lit::<R>(0.0).less(steepness), field / steepness, by_sign)
+}
+
+/// Returns the fraction of a sample's square that a 2-D shape covers, from the distance of the edge in pixels. A
+/// pixel has `samples` squares.
+#[inline(always)]
+pub fn coverage<R: Real>(pixels: R, samples: R) -> R {
+    (lit::<R>(0.5) - pixels * samples.sqrt()).saturate()
+}
+
+/// Returns 1 where a partly covered pixel and its three neighbours towards the edge have values of one sign, else 0.
+/// Then the edge belongs to a part thinner than a pixel, or the field touches zero without a change of sign.
+#[inline(always)]
+pub fn is_doubtful_edge<R: Real>(field: R, lowest: R, highest: R, covered: R) -> R {
+    let zero = lit::<R>(0.0);
+    let is_inside = field.less(zero);
+    let changes = R::or(
+        R::and(is_inside, R::not(highest.less(zero))),
+        R::and(R::not(is_inside), lowest.less(zero)),
+    );
+    let is_partial = R::or(
+        R::and(is_inside, covered.less(lit(1.0))),
+        R::and(R::not(is_inside), zero.less(covered)),
+    );
+    R::select(R::and(is_partial, R::not(changes)), lit(1.0), zero)
+}
+
+/// Returns the offset of a probe just beyond the edge, in pixels.
+#[inline(always)]
+pub fn edge_probe<R: Real>(pixels: R, change: R::Vec2) -> R::Vec2 {
+    let largest = change.x().abs().max(change.y().abs());
+    let scale = largest.at_least(lit(1e-30)).named("scale");
+    let x = (change.x() / scale).named("x");
+    let y = (change.y() / scale).named("y");
+    let beyond = R::select(
+        pixels.less(lit(0.0)),
+        pixels - lit(PROBE_DEPTH),
+        pixels + lit(PROBE_DEPTH),
+    );
+    let factor = (-beyond / (x * x + y * y).sqrt()).named("factor");
+    R::Vec2::new(x * factor, y * factor)
+}
+
+/// Returns the coverage of a doubtful pixel: as it is if the field at the probe has the other sign, else all or
+/// nothing.
+#[inline(always)]
+pub fn probed_coverage<R: Real>(field: R, probe: R, covered: R) -> R {
+    let zero = lit::<R>(0.0);
+    let inside = R::select(probe.less(zero), lit(1.0), covered);
+    let outside = R::select(probe.less(zero), covered, zero);
+    R::select(field.less(zero), inside, outside)
 }
 
 /// Returns the strength of the edge between two neighbouring samples of surfaces, from 0 to 1.

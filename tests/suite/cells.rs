@@ -241,6 +241,7 @@ fn cube([low, high]: [f32; 2], rule: &DownToSide) -> CellSpec<'_> {
         },
         split: CellSplit::Volume,
         band: 0.0,
+        margin: 0.0,
         rule,
     }
 }

@@ -14,6 +14,7 @@ mod light;
 mod lod;
 mod metamorphic;
 mod passes;
+mod plane_edges;
 mod rounding;
 mod shapes;
 mod soundness;

@@ -784,7 +784,7 @@ macro_rules! for_each_operation {
                 is_commutative: true,
                 ..MATH
             };
-            /// The quotient of two numbers; a divisor below 1e-18 in magnitude counts as 1e-18.
+            /// The quotient of two numbers; a divisor below 1e-18 in magnitude counts as 1e-18. Where both numbers are zero in a part of space, a field is outside.
             Div "div" = math::div(a: Value, b: Value;) -> Value, prepare::identity, OpFacts {
                 defined_for: DefinedFor::NotBothZero,
                 ..POLE
@@ -833,9 +833,9 @@ macro_rules! for_each_operation {
             Fract "fract" = math::fract(a: Value;) -> Value, prepare::identity, JUMP;
             /// The integer part, rounded towards zero.
             Trunc "trunc" = math::trunc(a: Value;) -> Value, prepare::identity, JUMP;
-            /// The square root; zero for negative numbers.
+            /// The square root. It is zero for negative numbers, and a field is outside there.
             Sqrt "sqrt" = math::sqrt(a: Value;) -> Value, prepare::identity, NOT_NEGATIVE;
-            /// One over the square root; numbers below 1e-30 count as 1e-30.
+            /// One over the square root; numbers below 1e-30 count as 1e-30. Where the number is negative, a field is outside.
             InverseSqrt "inverse_sqrt" = math::inverse_sqrt(a: Value;) -> Value, prepare::identity, NOT_NEGATIVE;
             /// The sine of an angle in radians.
             Sin "sin" = math::sin(a: Value;) -> Value, prepare::identity, OpFacts {
@@ -849,9 +849,9 @@ macro_rules! for_each_operation {
             };
             /// The tangent of an angle in radians.
             Tan "tan" = math::tan(a: Value;) -> Value, prepare::identity, POLE;
-            /// The angle with this sine; the number is clamped to −1 and 1.
+            /// The angle with this sine. The number is clamped to −1 and 1; beyond them, a field is outside.
             Asin "asin" = math::asin(a: Value;) -> Value, prepare::identity, UP_TO_ONE;
-            /// The angle with this cosine; the number is clamped to −1 and 1.
+            /// The angle with this cosine. The number is clamped to −1 and 1; beyond them, a field is outside.
             Acos "acos" = math::acos(a: Value;) -> Value, prepare::identity, UP_TO_ONE;
             /// The angle with this tangent, in [−π/2, π/2].
             Atan "atan" = math::atan(a: Value;) -> Value, prepare::identity, OpFacts {
@@ -873,11 +873,11 @@ macro_rules! for_each_operation {
             Exp "exp" = math::exp(a: Value;) -> Value, prepare::identity, MATH;
             /// Two to the power of the number.
             Exp2 "exp2" = math::exp2(a: Value;) -> Value, prepare::identity, MATH;
-            /// The natural logarithm; for zero and negative numbers, that of the smallest number.
+            /// The natural logarithm; for zero and negative numbers, that of the smallest number. Where the number is negative, a field is outside.
             Ln "ln" = math::ln(a: Value;) -> Value, prepare::identity, NOT_NEGATIVE;
-            /// The logarithm to base two; for zero and negative numbers, that of the smallest number.
+            /// The logarithm to base two; for zero and negative numbers, that of the smallest number. Where the number is negative, a field is outside.
             Log2 "log2" = math::log2(a: Value;) -> Value, prepare::identity, NOT_NEGATIVE;
-            /// The first number, which must not be negative, to the power of the second.
+            /// The first number to the power of the second. Where the first is negative, a field is outside, unless the second is a constant integer.
             Pow "pow" = math::pow(a: Value, b: Value;) -> Value, prepare::identity, NOT_NEGATIVE;
             /// 0 where the second number is below the first, 1 elsewhere.
             Step "step" = math::step(edge: Value, a: Value;) -> Value, prepare::identity, JUMP;

@@ -1,5 +1,5 @@
-//! Points at which a number is not defined: roots, logarithms and powers of negative numbers, arc functions beyond
-//! −1 and 1, and zero divided by zero.
+//! Points at which a number is not defined. There, roots, logarithms or powers have a negative operand, arc functions
+//! one beyond −1 and 1, or zero is divided by zero.
 //!
 //! The rows of the table return finite numbers there, so that no engine meets NaN. A field is outside there: its
 //! value is replaced by a distance that no ray reaches. Whatever is computed from such a number is undefined, too,
@@ -343,7 +343,7 @@ impl<'a> UndefinedSearch<'a> {
         any_of(self.expressions, conditions)
     }
 
-    /// Returns the condition that `a` or, unless `a` decides, `b` is not defined: a conjunction is decided by what is
+    /// Returns the condition that `a` or, unless `a` decides, `b` is not defined. A conjunction is decided by what is
     /// false, a disjunction by what is true.
     fn undefined_unless_decided(
         &mut self,

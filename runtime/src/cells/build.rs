@@ -30,6 +30,8 @@ pub struct CellSpec<'a> {
     /// Beyond this distance from zero only the field's sign is stored. With 0 the cells that may contain a
     /// surface are kept, with infinity all are.
     pub band: f32,
+    /// Distance by which boxes are enlarged before their sign is stored.
+    pub margin: f32,
     /// Decides which cells are split.
     pub rule: &'a dyn SplitRule,
     /// Bound of the program's slope; infinite if only an estimate is known.
@@ -38,12 +40,26 @@ pub struct CellSpec<'a> {
     pub max_split_clauses: u64,
 }
 
+impl CellSpec<'_> {
+    /// Reports whether only the sign of a cell is stored, which is positive. Without a value below zero there is no
+    /// surface, even where the field is zero.
+    fn is_empty(&self, low: f32) -> bool {
+        low >= self.band
+    }
+
+    /// Reports whether only the sign of a cell is stored, which is negative.
+    fn is_full(&self, high: f32) -> bool {
+        high < 0.0 && high <= -self.band
+    }
+}
+
 /// Builds the cells of a program.
 pub fn build(program: &Program, tape: &Tape, spec: &CellSpec<'_>) -> Cells {
     let region = spec.region;
     let mut cells = Cells {
         split: spec.split,
         band: spec.band,
+        margin: spec.margin,
         rebuilt_count: 0,
         initial_count: 0,
         root: 0,
@@ -324,6 +340,39 @@ impl<'a> Worker<'a> {
         output
     }
 
+    /// Runs a cell's tape on its children, enlarged by a distance; returns the range of the field in each.
+    fn run_children(
+        &mut self,
+        cells: &Cells,
+        parent: u32,
+        spec: &CellSpec<'_>,
+        margin: f32,
+    ) -> &[F32x64; 2] {
+        let region = cells.cell(parent).region;
+        let boxes = self.tracer.boxes();
+        for lane in 0..CHILDREN {
+            let child = region.child(lane, spec.split);
+            child
+                .with_margin(spec.split, margin)
+                .write_lane(boxes, lane);
+        }
+        self.tracer.run(self.program, cells.tape(parent), LANES)
+    }
+
+    /// Returns, for each child, whether its values are needed for those of neighbours.
+    fn children_beside_values(
+        &mut self,
+        cells: &Cells,
+        parent: u32,
+        spec: &CellSpec<'_>,
+    ) -> [bool; CHILDREN] {
+        if spec.margin == 0.0 {
+            return [false; CHILDREN];
+        }
+        let [low, high] = self.run_children(cells, parent, spec, spec.margin);
+        std::array::from_fn(|lane| !spec.is_empty(low.0[lane]) && !spec.is_full(high.0[lane]))
+    }
+
     fn split_cell(
         &mut self,
         cells: &Cells,
@@ -334,20 +383,15 @@ impl<'a> Worker<'a> {
     ) {
         let region = cells.cell(parent).region;
         let (tape, root_clauses) = (cells.tape(parent), cells.tape(0).len());
-        let boxes = self.tracer.boxes();
-        for lane in 0..CHILDREN {
-            let child = region.child(lane, spec.split);
-            child.with_margin(spec.split).write_lane(boxes, lane);
-        }
-        let inputs = *boxes;
-        let [mut low, mut high] = *self.tracer.run(self.program, tape, LANES);
-        // Without a value below zero there is no surface, even where the field is zero.
-        let empty = |low: f32| low >= spec.band;
-        let full = |high: f32| high < 0.0 && high <= -spec.band;
+        let is_kept = self.children_beside_values(cells, parent, spec);
+        let [mut low, mut high] = *self.run_children(cells, parent, spec, 0.0);
+        let inputs = *self.tracer.boxes();
+        let empty = |lane: usize, low: f32| !is_kept[lane] && spec.is_empty(low);
+        let full = |lane: usize, high: f32| !is_kept[lane] && spec.is_full(high);
         let mut slopes_and_gradients = [(1.0, None); LANES];
         let slopes = analysis.slopes && self.is_raw(tape);
         if slopes {
-            let open = |&lane: &usize| !empty(low.0[lane]) && !full(high.0[lane]);
+            let open = |&lane: &usize| !empty(lane, low.0[lane]) && !full(lane, high.0[lane]);
             let open: Vec<usize> = (0..CHILDREN).filter(open).collect();
             self.tighten_by_gradient(
                 tape,
@@ -362,10 +406,10 @@ impl<'a> Worker<'a> {
         let mut min_abs_field = [0.0; LANES];
         for (lane, entry) in children.iter_mut().enumerate() {
             let (low, high) = (low.0[lane], high.0[lane]);
-            if empty(low) {
+            if empty(lane, low) {
                 continue;
             }
-            if full(high) {
+            if full(lane, high) {
                 *entry = FULL;
                 continue;
             }

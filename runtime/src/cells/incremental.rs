@@ -28,6 +28,7 @@ pub fn rebuild_after_edit(
     let same_cut = *previous.region() == spec.region
         && previous.split == spec.split
         && previous.band.to_bits() == spec.band.to_bits()
+        && previous.margin.to_bits() == spec.margin.to_bits()
         && previous.max_slope.to_bits() == spec.max_slope.to_bits();
     let is_too_large = previous.over_budget_count > 0
         || previous.cells.len() > MAX_GROWTH_FACTOR * previous.initial_count.max(MIN_COUNTED_CELLS)

@@ -375,7 +375,9 @@ impl OnDemandCells {
             let boxes = tracer.boxes();
             for lane in 0..CHILDREN {
                 let child = region.child(lane, CellSplit::Volume);
-                child.with_margin(CellSplit::Volume).write_lane(boxes, lane);
+                child
+                    .with_margin(CellSplit::Volume, 0.0)
+                    .write_lane(boxes, lane);
             }
             tracer.run(program, &self.clauses[tape.clone()], LANES);
             Box::new(Children {

@@ -138,6 +138,7 @@ pub(crate) struct CellRegion {
     region: Aabb,
     split: CellSplit,
     band: f32,
+    margin: f32,
     rule: PrunedLeafLimit,
 }
 
@@ -146,13 +147,14 @@ impl CellRegion {
     pub(crate) fn for_job(job: &RenderJob) -> Option<Self> {
         let frame = &job.uniforms;
         if job.shows_plane() {
-            let (plane, band) = face_on_plane(job)?;
+            let (plane, exact) = face_on_plane(job)?;
             let (region, split) = plane_region(&plane);
             return Some(Self {
                 extent: region,
                 region,
                 split,
-                band,
+                band: exact.band,
+                margin: exact.pixels as f32 * plane.pixel_extent(),
                 rule: PrunedLeafLimit(ScreenSpaceLeafLimit::from_uniforms(frame)),
             });
         }
@@ -169,6 +171,7 @@ impl CellRegion {
             region: enclosing_cube(&extent, EDIT_MARGIN),
             split: CellSplit::Volume,
             band: f32::INFINITY,
+            margin: 0.0,
             rule: PrunedLeafLimit(ScreenSpaceLeafLimit::from_uniforms(frame)),
         })
     }
@@ -194,6 +197,7 @@ impl CellRegion {
             region: self.region,
             split: self.split,
             band: self.band,
+            margin: self.margin,
             rule: &self.rule,
             // Devices do not use the slopes of cells.
             max_slope: 1.0,
@@ -234,6 +238,7 @@ impl CellRegion {
             slope: tape.lipschitz.result.min(f32::MAX),
             // Exceeds the rounding error of looking up a point's cell and of that cell's corners.
             rounding: (farthest + self.region.longest_side()) * 5e-7,
+            margin: self.margin,
             full_tape_length: tape.clauses.len() as u32,
             ..self.rule.gpu_params()
         }
@@ -247,8 +252,10 @@ fn plane_region(plane: &PixelPlane) -> (Aabb, CellSplit) {
     for axis in 0..3 {
         let (x, y) = (plane.right[axis] * right, plane.down[axis] * down);
         let first = plane.first[axis];
-        // Rays hit the plane with some rounding error, and subpixels lie beyond the pixel centres.
-        let slack = plane.right[axis].abs() + plane.down[axis].abs() + first.abs() * 1e-5;
+        // Rays hit the plane with some rounding error. Subpixels lie beyond the pixel centres, and neighbours
+        // of pixels beyond the picture.
+        let pixel = plane.right[axis].abs() + plane.down[axis].abs();
+        let slack = 2.0 * pixel + first.abs() * 1e-5;
         low[axis] = first + x.min(0.0) + y.min(0.0) - slack;
         high[axis] = first + x.max(0.0) + y.max(0.0) + slack;
     }

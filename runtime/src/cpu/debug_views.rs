@@ -1,17 +1,12 @@
-//! The stages `view`, `edges` and `plane`: pictures of something other than light.
+//! The stages `view` and `edges`: pictures of something other than light.
 
-use super::normal::{set_lane, surface_in_lane};
-use super::ray_tasks::{is_nan, repeat_first};
 use super::shade::{add_sample, uniform_surface};
 use super::tile::Tile;
-use super::{Evaluator, F32x64, FieldQuantity, LANES, Points};
-use crate::cells::Aabb;
-use crate::render::ray::{PixelRay, camera_ray, vector};
+use crate::render::ray::{camera_ray, vector};
 use sdfc_shaders::features::{Features, Mode};
-use sdfc_shaders::layout::{FrameUniforms, RayState, Surface};
-use sdfc_shaders::marching::{SHOWN, Status};
+use sdfc_shaders::layout::FrameUniforms;
+use sdfc_shaders::marching::SHOWN;
 use sdfc_shaders::{camera, views};
-use sdfc_vm::surface::SurfaceBlock;
 use sdfc_vm::vector::{V2, V3};
 
 /// Adds a sample of one of the modes that depend on one ray at a time.
@@ -106,112 +101,4 @@ pub(super) fn edges(frame: &FrameUniforms, features: &Features, tile: &mut Tile)
         add_sample(color, views::edge_color::<f32>(line, paper), coverage);
     }
     tile.colors = colors;
-}
-
-/// Adds a sample of the field on the plane through the view's centre; returns the number of evaluations.
-pub(super) fn plane(
-    frame: &FrameUniforms,
-    features: &Features,
-    tile: &mut Tile,
-    plane_values: Option<&[f32]>,
-    evaluator: &mut dyn Evaluator,
-) -> u64 {
-    let (mut points, mut values) = (Points::default(), F32x64::default());
-    let mut view_normals = Points::default();
-    let mut block: Box<SurfaceBlock> = Box::default();
-    let forward = vector(frame.forward);
-    let is_distance_view = features.mode == Mode::Distance;
-    let has_albedo = !is_distance_view && matches!(features.mode, Mode::Shaded | Mode::Albedo);
-    let needs_surfaces = has_albedo && features.materials;
-    let mut evaluations = 0;
-    for start in (0..tile.pixels.len()).step_by(LANES) {
-        let count = LANES.min(tile.pixels.len() - start);
-        for lane in 0..count {
-            let i = start + lane;
-            let PixelRay {
-                origin, direction, ..
-            } = camera_ray(frame, tile.pixels[i]);
-            let centre = vector(frame.centre);
-            let t = camera::intersect_plane::<f32>(origin, direction, centre, forward);
-            tile.rays[i].t = t;
-            set_lane(
-                &mut points,
-                lane,
-                camera::point_along::<f32>(origin, direction, t),
-            );
-            set_lane(&mut view_normals, lane, -forward);
-        }
-        repeat_first(&mut points, count);
-        repeat_first(&mut view_normals, count);
-        match plane_values {
-            Some(plane_values) => {
-                for lane in 0..count {
-                    let [x, y] = tile.pixels[start + lane].map(|v| v as usize);
-                    values.0[lane] = plane_values[y * frame.size[0] as usize + x];
-                }
-            }
-            None => {
-                evaluator.distances(&points, count, &mut values);
-                evaluations += count as u64;
-            }
-        }
-        if needs_surfaces {
-            let point = |lane: usize| [points[0].0[lane], points[1].0[lane], points[2].0[lane]];
-            let region = Aabb::around((0..count).map(point));
-            evaluator.prune_for_regions(FieldQuantity::Surfaces, &[region]);
-            evaluator.select_region(Some(0));
-            evaluator.surfaces(&points, &view_normals, count, &mut block);
-            evaluator.select_region(None);
-            evaluations += count as u64;
-        }
-        for lane in 0..count {
-            let i = start + lane;
-            let (t, distance) = (tile.rays[i].t, values.0[lane]);
-            let status = if is_nan(distance) {
-                Status::NotANumber as u32
-            } else if distance < 0.0 {
-                Status::Hit as u32 | SHOWN
-            } else {
-                Status::Miss as u32
-            };
-            tile.rays[i] = RayState {
-                t,
-                field: distance,
-                status,
-                steps: 1,
-                ..RayState::default()
-            };
-            tile.surfaces[i] = if needs_surfaces {
-                surface_in_lane(&block, lane)
-            } else {
-                Surface::default()
-            };
-            if is_nan(distance) {
-                continue;
-            }
-            let pixel = 2.0 * camera::half_pixel(t, frame.half_pixel_size, frame.half_pixel_growth);
-            let shape_coverage = views::coverage(distance, pixel);
-            let (color, coverage) = if is_distance_view {
-                (views::distance_color(distance, frame.spacing, pixel), 1.0)
-            } else if has_albedo {
-                let albedo = if needs_surfaces {
-                    tile.surfaces[i].albedo
-                } else {
-                    frame.albedo
-                };
-                let paper = vector(frame.sky_horizon);
-                (
-                    paper + (vector(albedo) - paper) * shape_coverage,
-                    shape_coverage,
-                )
-            } else {
-                (
-                    V3::new(shape_coverage, shape_coverage, shape_coverage),
-                    shape_coverage,
-                )
-            };
-            add_sample(&mut tile.colors[i], color, coverage);
-        }
-    }
-    evaluations
 }

@@ -9,8 +9,8 @@ use crate::cells::{self, Aabb, CellInfo, CellSpec, CellSplit, Cells, trial};
 use crate::engine::{Engine, EngineError, EngineKind, FieldSample, SceneInput};
 use crate::render::plane::plane_of;
 use crate::render::{
-    CellMode, CellStats, FieldFacts, Geometry, Image, Mode, PixelPlane, RenderJob, RenderProgress,
-    RenderSettings, Samples, Surface, prepare,
+    CellMode, CellStats, ExactValues, FieldFacts, Geometry, Image, Mode, PixelPlane, RenderJob,
+    RenderProgress, RenderSettings, Samples, Surface, prepare,
 };
 use crate::settings::{default_material, field_facts};
 use rayon::prelude::*;
@@ -147,7 +147,8 @@ impl Engine for CpuEngine {
     ) -> Result<Option<Vec<f32>>, EngineError> {
         let scene = self.scene()?;
         let plane = plane_of(settings);
-        Ok(plane.map(|plane| plane_quadtree::sample(&scene.distance, &scene.tape, &plane, band)))
+        let exact = ExactValues { band, pixels: 0 };
+        Ok(plane.map(|plane| plane_quadtree::sample(&scene.distance, &scene.tape, &plane, exact)))
     }
 
     fn geometry(&mut self, settings: &RenderSettings) -> Result<Geometry, EngineError> {
@@ -250,13 +251,18 @@ impl RenderField for CpuScene {
         });
         Some(cells)
     }
-    fn sample_plane(&self, job: &RenderJob, plane: &PixelPlane, band: f32) -> Option<Vec<f32>> {
+    fn sample_plane(
+        &self,
+        job: &RenderJob,
+        plane: &PixelPlane,
+        exact: ExactValues,
+    ) -> Option<Vec<f32>> {
         let is_pruned = match job.cells {
             CellMode::Never => false,
             CellMode::Auto => self.tape.clauses.len() >= MIN_PLANE_PRUNE_CLAUSES,
             CellMode::Always | CellMode::Cpu | CellMode::Gpu => true,
         };
-        is_pruned.then(|| plane_quadtree::sample(&self.distance, &self.tape, plane, band))
+        is_pruned.then(|| plane_quadtree::sample(&self.distance, &self.tape, plane, exact))
     }
     fn evaluator<'a>(
         &'a self,
@@ -300,6 +306,7 @@ impl CpuScene {
             region,
             split: CellSplit::Volume,
             band: 0.0,
+            margin: 0.0,
             rule,
             max_slope: self.facts.max_slope(),
             max_split_clauses,

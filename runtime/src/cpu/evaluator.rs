@@ -111,7 +111,7 @@ impl PrunedTapes {
             let boxes = tracer.boxes();
             for (lane, region) in regions.iter().enumerate() {
                 region
-                    .with_margin(CellSplit::Volume)
+                    .with_margin(CellSplit::Volume, 0.0)
                     .write_lane(boxes, lane);
             }
             tracer.run(program, &tape.clauses, regions.len());

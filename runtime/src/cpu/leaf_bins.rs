@@ -255,6 +255,7 @@ pub(super) mod tests {
             region,
             split: CellSplit::Volume,
             band: f32::INFINITY,
+            margin: 0.0,
             rule: &MixedSizes,
         };
         build(&program, &Tape::new(&program), &spec)

@@ -7,7 +7,7 @@
 
 use super::{F32x64, LANES, Points};
 use crate::cells::Aabb;
-use crate::render::PixelPlane;
+use crate::render::{ExactValues, PixelPlane};
 use crate::work_stealing::parallel_map_with;
 use sdfc_vm::program::Program;
 use sdfc_vm::tape::evaluator::TapeEvaluator;
@@ -25,10 +25,11 @@ const MIDDLE_SIDE: usize = SMALL_SIDE * SQUARES_PER_SIDE;
 /// Side of a block, in pixels.
 const BLOCK_SIDE: usize = MIDDLE_SIDE * SQUARES_PER_SIDE;
 
-/// Returns the bounding box of a square of pixels.
-fn square_region(plane: &PixelPlane, [left, upper]: [usize; 2], side: usize) -> Aabb {
-    let (x0, y0) = (left as f32, upper as f32);
-    let (x1, y1) = ((left + side - 1) as f32, (upper + side - 1) as f32);
+/// Returns the bounding box of a square of pixels and of `border` pixels around it.
+fn square_region(plane: &PixelPlane, [left, upper]: [usize; 2], side: usize, border: u32) -> Aabb {
+    let border = border as f32;
+    let (x0, y0) = (left as f32 - border, upper as f32 - border);
+    let [x1, y1] = [left, upper].map(|first| (first + side - 1) as f32 + border);
     let corners = [(x0, y0), (x1, y0), (x0, y1), (x1, y1)];
     let (mut low, mut high) = ([f32::INFINITY; 3], [f32::NEG_INFINITY; 3]);
     for (x, y) in corners {
@@ -46,14 +47,13 @@ fn square_region(plane: &PixelPlane, [left, upper]: [usize; 2], side: usize) -> 
     }
 }
 
-/// Samples the field at all pixels, row after row. In squares where it is at least `band` from zero, the
-/// values may be any numbers of that sign with at least that magnitude.
-pub fn sample(program: &Program, tape: &Tape, plane: &PixelPlane, band: f32) -> Vec<f32> {
+/// Samples the field at all pixels, row after row. A square without values that must be exact has one value.
+pub fn sample(program: &Program, tape: &Tape, plane: &PixelPlane, exact: ExactValues) -> Vec<f32> {
     let [width, height] = plane.size;
     let job = SamplingJob {
         program,
         plane,
-        band,
+        exact,
     };
     let blocks = |length: usize| (0..length).step_by(BLOCK_SIDE);
     let corners: Vec<[usize; 2]> = blocks(height)
@@ -125,7 +125,7 @@ fn square_corner([left, upper]: [usize; 2], side: usize, lane: usize) -> [usize;
 struct SamplingJob<'a> {
     program: &'a Program,
     plane: &'a PixelPlane,
-    band: f32,
+    exact: ExactValues,
 }
 
 impl SamplingJob<'_> {
@@ -144,8 +144,8 @@ impl SamplingJob<'_> {
     ) -> [F32x64; 2] {
         let boxes = tracer.boxes();
         for lane in 0..LANES {
-            square_region(self.plane, square_corner(corner, side, lane), side)
-                .write_lane(boxes, lane);
+            let corner = square_corner(corner, side, lane);
+            square_region(self.plane, corner, side, self.exact.pixels).write_lane(boxes, lane);
         }
         *tracer.run(self.program, tape, LANES)
     }
@@ -162,9 +162,9 @@ impl SamplingJob<'_> {
     /// Returns the value to fill a square with, if the field is far enough from zero everywhere in it.
     fn filled(&self, [low, high]: &[F32x64; 2], lane: usize) -> Option<f32> {
         let (low, high) = (low.0[lane], high.0[lane]);
-        if low > 0.0 && low >= self.band {
+        if low > 0.0 && low >= self.exact.band {
             Some(low)
-        } else if high < 0.0 && high <= -self.band {
+        } else if high < 0.0 && high <= -self.exact.band {
             Some(high)
         } else {
             None

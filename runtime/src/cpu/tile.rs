@@ -171,9 +171,9 @@ impl Tile {
             let status = Status::from_word(ray.status);
             image.status[index] = status;
             image.steps[index] = ray.steps;
-            image
-                .stats
-                .count(status, || ends_at_far(&job.uniforms, self.pixels[i]));
+            image.stats.count(status, || {
+                !job.features.is_2d && ends_at_far(&job.uniforms, self.pixels[i])
+            });
             image.stats.undecided += u64::from(ray.status & UNDECIDED != 0);
             if ray.status & SHOWN == 0 {
                 continue;

@@ -4,14 +4,17 @@ use super::beam::Beams;
 use super::leaf_bins::{self, LeafBins};
 use super::march::March;
 use super::packet::NO_LEAF;
+use super::plane::PlaneValues;
 use super::ray_tasks::run_streamed;
 use super::refine_roots::RootRefinement;
 use super::tile::{Tile, corners};
-use super::{CellLayout, Evaluator, RenderField, debug_views, normal, occlusion, shade, shadow};
+use super::{
+    CellLayout, Evaluator, RenderField, debug_views, normal, occlusion, plane, shade, shadow,
+};
 use crate::cells::Cells;
 use crate::render::plane::face_on;
 use crate::render::ray::distance_from_camera;
-use crate::render::{Geometry, Image, RenderJob, RenderProgress, Samples};
+use crate::render::{Geometry, Image, Mode, RenderJob, RenderProgress, Samples};
 use crate::work_stealing::parallel_map_with;
 use sdfc_shaders::assemble::{RenderStage, stages};
 use sdfc_shaders::marching::SHOWN;
@@ -49,7 +52,11 @@ impl Tile {
         &mut self,
         frame: &layout::FrameUniforms,
         job: &RenderJob,
-        (stages, traversal, plane_values): (&[RenderStage], Option<&CellTraversal>, Option<&[f32]>),
+        (stages, traversal, picture): (
+            &[RenderStage],
+            Option<&CellTraversal>,
+            Option<PlaneValues<'_>>,
+        ),
         evaluator: &mut dyn Evaluator,
     ) -> u64 {
         let features = &job.features;
@@ -88,9 +95,7 @@ impl Tile {
                     debug_views::edges(frame, features, self);
                     0
                 }
-                RenderStage::Plane => {
-                    debug_views::plane(frame, features, self, plane_values, evaluator)
-                }
+                RenderStage::Plane => plane::plane(frame, features, self, picture, evaluator),
             };
         }
         evaluations
@@ -265,12 +270,17 @@ pub(super) fn render(
     let plane_values: Vec<Option<Vec<f32>>> = passes
         .clone()
         .map(|sample| {
-            let (plane, band) = if stages.contains(&RenderStage::Plane) {
+            let (plane, exact) = if stages.contains(&RenderStage::Plane) {
                 face_on(&job.pass_uniforms(sample), job)?
             } else {
                 return None;
             };
-            field.sample_plane(job, &plane, band)
+            // Coverage reads the values beside each pixel.
+            let plane = match job.features.mode {
+                Mode::Distance => plane,
+                _ => plane.with_border(),
+            };
+            field.sample_plane(job, &plane, exact)
         })
         .collect();
     let image = Mutex::new((initial_image, 0_usize));
@@ -293,8 +303,13 @@ pub(super) fn render(
             let mut finished_tiles = 0;
             for sample in passes.clone() {
                 let frame = job.pass_uniforms(sample);
-                let sample_values = plane_values[(sample - first_sample) as usize].as_deref();
-                let inputs = (stages.as_slice(), traversal.as_ref(), sample_values);
+                let picture = plane_values[(sample - first_sample) as usize].as_deref();
+                let border = usize::from(job.features.mode != Mode::Distance);
+                let picture = picture.map(|values| PlaneValues {
+                    values,
+                    width: job.size[0] as usize + 2 * border,
+                });
+                let inputs = (stages.as_slice(), traversal.as_ref(), picture);
                 evaluations += tile.render_sample(&frame, job, inputs, &mut **evaluator);
                 let mut image_and_count = image.lock().unwrap_or_else(PoisonError::into_inner);
                 let (image, tiles) = &mut *image_and_count;

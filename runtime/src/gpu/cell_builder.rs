@@ -214,7 +214,6 @@ impl GpuCellBuilder {
                 // A clause has four words of choices; the rest is a reserve for longer tapes.
                 clause_budget: MAX_DISPATCH_CLAUSES.min(choices / 4 * 3 / 4) as u32,
                 max_groups_per_axis: info.limits.workgroups_per_axis,
-                reserved0: 0,
                 ..part.params
             };
             let queued_clauses: u64 = jobs

@@ -12,7 +12,7 @@ use crate::cpu::{
 };
 use crate::engine::{Engine, EngineError, EngineKind, FieldSample, SceneInput};
 use crate::render::{
-    Image, PixelPlane, RenderJob, RenderProgress, RenderSettings, Samples, prepare,
+    ExactValues, Image, PixelPlane, RenderJob, RenderProgress, RenderSettings, Samples, prepare,
 };
 use rayon::prelude::*;
 use sdfc_shaders::layout;
@@ -100,7 +100,7 @@ impl RenderField for ProvedScene<'_> {
     fn facts(&self) -> FieldFacts {
         self.shading.facts()
     }
-    fn sample_plane(&self, _: &RenderJob, plane: &PixelPlane, _: f32) -> Option<Vec<f32>> {
+    fn sample_plane(&self, _: &RenderJob, plane: &PixelPlane, _: ExactValues) -> Option<Vec<f32>> {
         let points = plane.points();
         let distance = |p: &[f32; 3]| self.field.distance(p.map(f64::from)) as f32;
         Some(points.par_iter().map(distance).collect())

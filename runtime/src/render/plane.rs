@@ -24,6 +24,21 @@ impl PixelPlane {
         self.first[axis] + self.right[axis] * x + self.down[axis] * y
     }
 
+    /// Returns the plane with one more pixel on each side.
+    pub(crate) fn with_border(&self) -> Self {
+        Self {
+            first: std::array::from_fn(|axis| self.coordinate(axis, -1.0, -1.0)),
+            size: self.size.map(|length| length + 2),
+            ..*self
+        }
+    }
+
+    /// Returns the length of a side of its pixels along the coordinate axes, at most.
+    pub(crate) fn pixel_extent(&self) -> f32 {
+        let extent = |axis: usize| self.right[axis].abs() + self.down[axis].abs();
+        (0..3).map(extent).fold(0.0, f32::max)
+    }
+
     /// Returns the centres of all pixels, row after row.
     pub fn points(&self) -> Vec<[f32; 3]> {
         let [width, height] = self.size;
@@ -32,6 +47,19 @@ impl PixelPlane {
             .collect()
     }
 }
+
+/// Values of a plane that must be exact. Others need only have the sign of the field, and be at least as far from
+/// zero as `band`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ExactValues {
+    /// Those of a smaller magnitude.
+    pub band: f32,
+    /// Those at a pixel within this number of pixels of a change of sign.
+    pub pixels: u32,
+}
+
+/// Number of pixels beside an edge whose values decide how much of a pixel it covers.
+const EDGE_PIXELS: u32 = 2;
 
 /// Returns the plane that the settings show face on, if any.
 pub(crate) fn plane_of(settings: &RenderSettings) -> Option<PixelPlane> {
@@ -48,15 +76,16 @@ pub(crate) fn plane_of(settings: &RenderSettings) -> Option<PixelPlane> {
     face_on_plane(&prepare(&settings, &no_facts)).map(|(plane, _)| plane)
 }
 
-/// Returns the plane that a picture sees face on, and the distance from zero beyond which only the field's sign
-/// matters.
-pub(crate) fn face_on_plane(job: &RenderJob) -> Option<(PixelPlane, f32)> {
+/// Returns the plane that a picture sees face on, and the values that must be exact.
+pub(crate) fn face_on_plane(job: &RenderJob) -> Option<(PixelPlane, ExactValues)> {
     face_on(&job.uniforms, job)
 }
 
-/// Returns the plane that a sample sees face on along parallel rays, and the distance from zero beyond which
-/// only the field's sign matters.
-pub(crate) fn face_on(frame: &layout::FrameUniforms, job: &RenderJob) -> Option<(PixelPlane, f32)> {
+/// Returns the plane that a sample sees face on along parallel rays, and the values that must be exact.
+pub(crate) fn face_on(
+    frame: &layout::FrameUniforms,
+    job: &RenderJob,
+) -> Option<(PixelPlane, ExactValues)> {
     if frame.half_pixel_growth != 0.0 {
         return None;
     }
@@ -77,10 +106,16 @@ pub(crate) fn face_on(frame: &layout::FrameUniforms, job: &RenderJob) -> Option<
         down: ((point_at(0.0, height) - upper_left) * (1.0 / height)).to_array(),
         size: job.size.map(|n| n as usize),
     };
-    let band = job.exact_band.unwrap_or(match job.features.mode {
-        Mode::Distance => f32::INFINITY,
-        // A pixel is entirely inside or outside if the surface is more than the pixel's size away.
-        _ => 4.0 * frame.half_pixel_size * (frame.samples as f32).sqrt(),
-    });
-    Some((plane, band))
+    let exact = match (job.exact_band, job.features.mode) {
+        (Some(band), _) => ExactValues { band, pixels: 0 },
+        (None, Mode::Distance) => ExactValues {
+            band: f32::INFINITY,
+            pixels: 0,
+        },
+        (None, _) => ExactValues {
+            band: 0.0,
+            pixels: EDGE_PIXELS,
+        },
+    };
+    Some((plane, exact))
 }

@@ -290,7 +290,12 @@ fn build_child(claim: ClaimedJob, lane: u32) -> ChildStats {
 
     let entry = claim.node * 64u + lane;
     let choices = claim.choices + lane;
-    let range = field_range(job, choices, centre, half);
+    var range = field_range(job, choices, centre, half);
+    if job_queue.params.margin > 0.0 && (range.x >= job_queue.params.band || range.y <= -job_queue.params.band) {
+        var wide = half + job_queue.params.margin;
+        if is_flat { wide.z = half.z; }
+        range = field_range(job, choices, centre, wide);
+    }
     if range.x >= job_queue.params.band {
         nodes[entry] = job_queue.params.empty_word;
         return ChildStats();

@@ -9,7 +9,7 @@ use std::path::Path;
 const MAX_FUNCTION_LINES: usize = 100;
 
 /// Longer functions that remain: path, name, and a number of lines that none may exceed. None may be added.
-const REMAINING: [(&str, &str, usize); 20] = [
+const REMAINING: [(&str, &str, usize); 19] = [
     ("compiler/src/compile.rs", "compile_with", 146),
     ("compiler/src/cutter_extension.rs", "extend_cutter", 125),
     (
@@ -25,7 +25,6 @@ const REMAINING: [(&str, &str, usize); 20] = [
     ("compiler/src/elaborate/builtins/csg.rs", "csg_links", 112),
     ("compiler/src/lower.rs", "shape_without_underlay", 120),
     ("compiler/src/lower/step.rs", "step", 110),
-    ("runtime/src/cpu/debug_views.rs", "plane", 106),
     (
         "runtime/src/cpu/shadow/candidate_check.rs",
         "step_check",

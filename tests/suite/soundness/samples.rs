@@ -75,6 +75,7 @@ impl Field {
                 region: self.region,
                 split: CellSplit::Volume,
                 band,
+                margin: 0.0,
                 rule: &DownToSide(side),
             },
         )

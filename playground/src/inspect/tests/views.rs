@@ -115,7 +115,9 @@ fn cells_tile_space() {
     let mut distinct: Vec<CellInfo> = Vec::new();
     for (part, p) in inside {
         assert!(
-            part.region.with_margin(Default::default()).contains(*p),
+            part.region
+                .with_margin(Default::default(), 0.0)
+                .contains(*p),
             "{part:?} {p:?}"
         );
         kinds.insert(part.clauses);
