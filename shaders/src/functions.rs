@@ -166,7 +166,11 @@ functions! {
     depth_color = views::depth_color(t, range);
     id_color = views::id_color(id);
     distance_color = views::distance_color(field, spacing, pixel_size);
-    change_per_pixel = views::change_per_pixel(before, field, after);
+    change_on_one_side = views::change_on_one_side(before, field, after);
+    change_per_pixel = views::change_per_pixel(before, field, after, one_side);
+    steepest_change = views::steepest_change(
+        change, field, upper_left, upper_right, lower_left, lower_right
+    );
     pixels_to_edge = views::pixels_to_edge(field, change);
     coverage = views::coverage(pixels, samples);
     is_doubtful_edge = views::is_doubtful_edge(field, lowest, highest, covered);

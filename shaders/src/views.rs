@@ -73,19 +73,98 @@ pub fn distance_color<R: Real>(field: R, spacing: R, pixel_size: R) -> R::Vec3 {
 
 /// Largest change of a field between two pixels; the squares of larger ones may overflow.
 const MAX_CHANGE: f64 = 1e15;
+/// Ratio to the changes on one side of the edge from which on a change across it is no slope.
+const MAX_CHANGE_RATIO: f64 = 1e4;
 /// Number of pixels beyond an edge at which a probe tells a thin part from a contact.
 const PROBE_DEPTH: f64 = 0.05;
 /// Distance to the edge of a flat field, in pixels.
 const NO_EDGE: f64 = 1e9;
 
-/// Returns the change of a field per pixel along an axis of the picture. `before` and `after` are its values at the
-/// neighbours. Of the changes on both sides, the larger one counts: the other may cross a crease.
+/// Reports whether two values of a field lie on different sides of the edge.
 #[inline(always)]
-pub fn change_per_pixel<R: Real>(before: R, field: R, after: R) -> R {
+fn is_across<R: Real>(field: R, neighbour: R) -> R::Bool {
+    let zero = lit::<R>(0.0);
+    let is_inside = field.less(zero);
+    R::or(
+        R::and(is_inside, R::not(neighbour.less(zero))),
+        R::and(R::not(is_inside), neighbour.less(zero)),
+    )
+}
+
+/// Returns the larger change of a field to the neighbours along an axis that lie on the same side of the edge.
+#[inline(always)]
+pub fn change_on_one_side<R: Real>(before: R, field: R, after: R) -> R {
+    let zero = lit::<R>(0.0);
+    let change = |neighbour: R| {
+        let change = (neighbour - field).abs().min(lit(MAX_CHANGE));
+        R::select(is_across(field, neighbour), zero, change)
+    };
+    change(before).max(change(after))
+}
+
+/// Returns the change of a field per pixel along an axis of the picture. `before` and `after` are its values at the
+/// neighbours.
+///
+/// Of the changes on both sides, the larger one counts: the other may cross a crease. Across the edge, a change that
+/// is far larger than `one_side` leads to points where the field is not defined, and does not count.
+#[inline(always)]
+pub fn change_per_pixel<R: Real>(before: R, field: R, after: R, one_side: R) -> R {
     let limited = |change: R| change.clamp(lit(-MAX_CHANGE), lit(MAX_CHANGE));
     let back = limited(field - before).named("back");
     let ahead = limited(after - field).named("ahead");
-    R::select(ahead.abs().less(back.abs()), back, ahead)
+    let is_back_larger = ahead.abs().less(back.abs());
+    let larger = R::select(is_back_larger, back, ahead).named("larger");
+    let smaller = R::select(is_back_larger, ahead, back).named("smaller");
+    let neighbour = R::select(is_back_larger, before, after);
+    let expected = (one_side + field.abs() * lit(1e-3)) * lit(MAX_CHANGE_RATIO);
+    let is_jump = R::and(is_across(field, neighbour), expected.less(larger.abs()));
+    R::select(is_jump, smaller, larger)
+}
+
+/// Returns the change of a field per pixel, or that along a diagonal if it is larger: where two thin parts cross, the
+/// field may be the same at all four neighbours. The neighbour on that diagonal lies away from the edge.
+#[inline(always)]
+pub fn steepest_change<R: Real>(
+    change: R::Vec2,
+    field: R,
+    upper_left: R,
+    upper_right: R,
+    lower_left: R,
+    lower_right: R,
+) -> R::Vec2 {
+    let zero = lit::<R>(0.0);
+    let is_inside = field.less(zero);
+    // How much farther from zero the field is.
+    let rise = |neighbour: R| {
+        let change = R::select(is_inside, field - neighbour, neighbour - field);
+        change.clamp(zero, lit(MAX_CHANGE))
+    };
+    let sign = R::select(is_inside, lit(-0.5), lit(0.5)).named("sign");
+    let mut best = lit::<R>(0.0);
+    let mut steepest = R::Vec2::new(zero, zero);
+    for (neighbour, x, y) in [
+        (upper_left, -1.0, -1.0),
+        (upper_right, 1.0, -1.0),
+        (lower_left, -1.0, 1.0),
+        (lower_right, 1.0, 1.0),
+    ] {
+        let rise = rise(neighbour).named("rise");
+        let is_better = best.less(rise);
+        let along = (rise * sign).named("along");
+        steepest = R::Vec2::new(
+            R::select(is_better, along * lit(x), steepest.x()),
+            R::select(is_better, along * lit(y), steepest.y()),
+        );
+        best = best.max(rise).named("best");
+    }
+    // The length of a change of equal parts along both axes.
+    let length = (best * lit(std::f64::consts::FRAC_1_SQRT_2)).named("length");
+    let largest = change.x().abs().max(change.y().abs());
+    let is_steeper = (largest * lit(2.0)).less(length);
+    R::Vec2::new(
+        R::select(is_steeper, steepest.x(), change.x()),
+        R::select(is_steeper, steepest.y(), change.y()),
+    )
 }
 
 /// Returns the distance from a pixel's middle to the edge of a 2-D shape, in pixels and negative inside. It is the
@@ -113,10 +192,7 @@ pub fn coverage<R: Real>(pixels: R, samples: R) -> R {
 pub fn is_doubtful_edge<R: Real>(field: R, lowest: R, highest: R, covered: R) -> R {
     let zero = lit::<R>(0.0);
     let is_inside = field.less(zero);
-    let changes = R::or(
-        R::and(is_inside, R::not(highest.less(zero))),
-        R::and(R::not(is_inside), lowest.less(zero)),
-    );
+    let changes = R::or(is_across(field, lowest), is_across(field, highest));
     let is_partial = R::or(
         R::and(is_inside, covered.less(lit(1.0))),
         R::and(R::not(is_inside), zero.less(covered)),

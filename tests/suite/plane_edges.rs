@@ -41,7 +41,7 @@ fn figures() -> Vec<Figure> {
     let plain = |text, covers| Figure {
         text,
         covers,
-        tolerance: 0.12,
+        tolerance: 0.13,
     };
     vec![
         plain("circle(1)", disc),
@@ -171,6 +171,7 @@ fn thin_lines_have_no_gaps() {
         "rect(0.01, 8).rotate(11deg)",
         "field(fn(p: vec2) => 40 * (abs(p.x + 0.2 * p.y) - 0.004))",
         "!rect(0.01, 8).rotate(11deg)",
+        "rect(0.02, 8) | rect(8, 0.005)",
     ] {
         let text =
             format!("camera {{ from: [0, 0, 5], look: [0, 0, 0], height: {HEIGHT} }}\n{text}\n");
@@ -181,7 +182,11 @@ fn thin_lines_have_no_gaps() {
                 .iter()
                 .map(|color| if is_gap { 1.0 - color[3] } else { color[3] });
             let sum: f32 = covered.sum();
-            assert!((0.15..2.0).contains(&sum), "{text}: {sum} in a row");
+            let is_row_of_a_line = sum > 10.0;
+            assert!(
+                (0.15..2.0).contains(&sum) || is_row_of_a_line,
+                "{text}: {sum} in a row"
+            );
         }
     }
 }

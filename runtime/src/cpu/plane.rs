@@ -26,7 +26,8 @@ pub(super) struct PlaneValues<'a> {
     pub(super) width: usize,
 }
 
-/// Adds a sample of the field on the plane through the view's centre; returns the number of evaluations.
+/// Adds a sample of the field on the plane through the view's centre; returns the number of evaluations at pixels.
+/// Values around the tile and probes are not counted, as on devices.
 pub(super) fn plane(
     frame: &FrameUniforms,
     features: &Features,
@@ -40,11 +41,14 @@ pub(super) fn plane(
     let mut samples = PlaneSamples::new(tile, !is_distance_view);
     match picture {
         Some(picture) => samples.read(tile, picture),
-        None => evaluations += samples.evaluate(frame, tile, evaluator),
+        None => {
+            samples.evaluate(frame, tile, evaluator);
+            evaluations += tile.pixels.len() as u64;
+        }
     }
     let mut covered = vec![0.0; tile.pixels.len()];
     if !is_distance_view {
-        evaluations += samples.find_coverage(frame, tile, &mut covered, evaluator);
+        samples.find_coverage(frame, tile, &mut covered, evaluator);
     }
     if has_albedo && features.materials {
         evaluations += find_surfaces(frame, tile, evaluator);
@@ -144,28 +148,22 @@ impl PlaneSamples {
         }
     }
 
-    /// Evaluates the fields; returns the number of evaluations.
-    fn evaluate(
-        &mut self,
-        frame: &FrameUniforms,
-        tile: &Tile,
-        evaluator: &mut dyn Evaluator,
-    ) -> u64 {
+    /// Evaluates the fields.
+    fn evaluate(&mut self, frame: &FrameUniforms, tile: &Tile, evaluator: &mut dyn Evaluator) {
         let positions: Vec<[f32; 2]> = (0..self.fields.len())
             .map(|index| self.position(tile, index))
             .collect();
         self.fields = evaluate_at(frame, &positions, evaluator);
-        positions.len() as u64
     }
 
-    /// Computes how much of each pixel is covered; returns the number of evaluations.
+    /// Computes how much of each pixel is covered.
     fn find_coverage(
         &self,
         frame: &FrameUniforms,
         tile: &Tile,
         covered: &mut [f32],
         evaluator: &mut dyn Evaluator,
-    ) -> u64 {
+    ) {
         let mut doubtful = Vec::new();
         let mut probes = Vec::new();
         for (i, covered) in covered.iter_mut().enumerate() {
@@ -173,10 +171,20 @@ impl PlaneSamples {
             let field = self.fields[k];
             let [left, right] = [self.fields[k - 1], self.fields[k + 1]];
             let [above, below] = [self.fields[k - self.width], self.fields[k + self.width]];
-            let change = V2 {
-                x: views::change_per_pixel(left, field, right),
-                y: views::change_per_pixel(above, field, below),
-            };
+            let (upper, lower) = (k - self.width, k + self.width);
+            let one_side = views::change_on_one_side(left, field, right)
+                .max(views::change_on_one_side(above, field, below));
+            let change = views::steepest_change::<f32>(
+                V2 {
+                    x: views::change_per_pixel(left, field, right, one_side),
+                    y: views::change_per_pixel(above, field, below, one_side),
+                },
+                field,
+                self.fields[upper - 1],
+                self.fields[upper + 1],
+                self.fields[lower - 1],
+                self.fields[lower + 1],
+            );
             if field.abs() > change.x.abs() + change.y.abs() {
                 // The edge is more than a pixel away.
                 *covered = if field < 0.0 { 1.0 } else { 0.0 };
@@ -187,11 +195,7 @@ impl PlaneSamples {
             // The neighbours towards the edge.
             let is_right = (change.x > 0.0) == (field < 0.0);
             let is_below = (change.y > 0.0) == (field < 0.0);
-            let row = if is_below {
-                k + self.width
-            } else {
-                k - self.width
-            };
+            let row = if is_below { lower } else { upper };
             let beside = if is_right { right } else { left };
             let along = if is_below { below } else { above };
             let diagonal = self.fields[if is_right { row + 1 } else { row - 1 }];
@@ -209,7 +213,6 @@ impl PlaneSamples {
             let field = self.fields[self.index(i)];
             covered[i] = views::probed_coverage(field, probe, covered[i]);
         }
-        probes.len() as u64
     }
 }
 

@@ -8,8 +8,9 @@ use sdfc_vm::outline::Outline;
 use sdfc_vm::program::Program;
 use sdfc_vm::vector::V3;
 
-/// Elevations added to the direction, in degrees, in the order of the trials.
-const ELEVATIONS_DEGREES: [f64; 4] = [0.0, 15.0, 30.0, 50.0];
+/// Elevations added to the direction, in degrees, in the order of the trials. Things that hang from a ceiling are seen
+/// from lower ones.
+const ELEVATIONS_DEGREES: [f64; 6] = [0.0, 15.0, 30.0, 50.0, -25.0, -45.0];
 /// Rotations about the up axis, in degrees, in the order of the trials.
 const AZIMUTHS_DEGREES: [f64; 8] = [0.0, -45.0, 45.0, -90.0, 90.0, -135.0, 135.0, 180.0];
 /// Factors on the box that stands for an infinite scene, in the order of the trials.

@@ -61,7 +61,13 @@ fn edge_pixel(k: u32) -> EdgePixel {
     let right = fields[k + 1u];
     let above = fields[k - SIDE];
     let below = fields[k + SIDE];
-    let change = vec2f(change_per_pixel(left, field, right), change_per_pixel(above, field, below));
+    let one_side = max(change_on_one_side(left, field, right), change_on_one_side(above, field, below));
+    let change_x = change_per_pixel(left, field, right, one_side);
+    let change_y = change_per_pixel(above, field, below, one_side);
+    let change = steepest_change(
+        vec2f(change_x, change_y),
+        field, fields[k - SIDE - 1u], fields[k - SIDE + 1u], fields[k + SIDE - 1u], fields[k + SIDE + 1u]
+    );
     let pixels = pixels_to_edge(field, change);
     let covered = coverage(pixels, f32(frame.samples));
     // The neighbours towards the edge.
