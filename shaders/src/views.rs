@@ -121,8 +121,8 @@ pub fn change_per_pixel<R: Real>(before: R, field: R, after: R, one_side: R) -> 
     R::select(is_jump, smaller, larger)
 }
 
-/// Returns the change of a field per pixel, or that along a diagonal if it is larger: where two thin parts cross, the
-/// field may be the same at all four neighbours. The neighbour on that diagonal lies away from the edge.
+/// Returns the change of a field per pixel, or that along a diagonal if it is much larger. Where two thin parts cross,
+/// the field may be the same at all four neighbours. The neighbour on that diagonal lies away from the edge.
 #[inline(always)]
 pub fn steepest_change<R: Real>(
     change: R::Vec2,
