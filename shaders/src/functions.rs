@@ -173,6 +173,7 @@ functions! {
     );
     pixels_to_edge = views::pixels_to_edge(field, change);
     coverage = views::coverage(pixels, samples);
+    towards_edge = views::towards_edge(field, change, before, after);
     is_doubtful_edge = views::is_doubtful_edge(field, lowest, highest, covered);
     edge_probe = views::edge_probe(pixels, change);
     probed_coverage = views::probed_coverage(field, probe, covered);

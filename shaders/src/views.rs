@@ -186,6 +186,19 @@ pub fn coverage<R: Real>(pixels: R, samples: R) -> R {
     (lit::<R>(0.5) - pixels * samples.sqrt()).saturate()
 }
 
+/// Returns the value of the neighbour along an axis that lies towards the edge.
+#[inline(always)]
+pub fn towards_edge<R: Real>(field: R, change: R, before: R, after: R) -> R {
+    let zero = lit::<R>(0.0);
+    let is_inside = field.less(zero);
+    let rises = zero.less(change);
+    let is_after = R::or(
+        R::and(is_inside, rises),
+        R::and(R::not(is_inside), R::not(rises)),
+    );
+    R::select(is_after, after, before)
+}
+
 /// Returns 1 where a partly covered pixel and its three neighbours towards the edge have values of one sign, else 0.
 /// Then the edge belongs to a part thinner than a pixel, or the field touches zero without a change of sign.
 #[inline(always)]

@@ -192,13 +192,13 @@ impl PlaneSamples {
             }
             let pixels = views::pixels_to_edge::<f32>(field, change);
             *covered = views::coverage(pixels, frame.samples as f32);
-            // The neighbours towards the edge.
-            let is_right = (change.x > 0.0) == (field < 0.0);
-            let is_below = (change.y > 0.0) == (field < 0.0);
-            let row = if is_below { lower } else { upper };
-            let beside = if is_right { right } else { left };
-            let along = if is_below { below } else { above };
-            let diagonal = self.fields[if is_right { row + 1 } else { row - 1 }];
+            let beside = views::towards_edge(field, change.x, left, right);
+            let along = views::towards_edge(field, change.y, above, below);
+            let [upper, lower] = [upper, lower].map(|row| {
+                let [left, right] = [self.fields[row - 1], self.fields[row + 1]];
+                views::towards_edge(field, change.x, left, right)
+            });
+            let diagonal = views::towards_edge(field, change.y, upper, lower);
             let lowest = beside.min(along).min(diagonal);
             let highest = beside.max(along).max(diagonal);
             if views::is_doubtful_edge(field, lowest, highest, *covered) > 0.5 {

@@ -171,9 +171,9 @@ impl Tile {
             let status = Status::from_word(ray.status);
             image.status[index] = status;
             image.steps[index] = ray.steps;
-            image.stats.count(status, || {
-                !job.features.is_2d && ends_at_far(&job.uniforms, self.pixels[i])
-            });
+            image
+                .stats
+                .count(status, || ends_at_far(job, &job.uniforms, self.pixels[i]));
             image.stats.undecided += u64::from(ray.status & UNDECIDED != 0);
             if ray.status & SHOWN == 0 {
                 continue;
@@ -190,10 +190,15 @@ impl Tile {
     }
 
     /// Counts the rays of a later sample.
-    pub(super) fn count_statuses(&self, frame: &layout::FrameUniforms, image: &mut Image) {
+    pub(super) fn count_statuses(
+        &self,
+        job: &RenderJob,
+        frame: &layout::FrameUniforms,
+        image: &mut Image,
+    ) {
         for (i, _) in self.visible_pixels(image.width) {
             let status = self.rays[i].status;
-            let at_far = || ends_at_far(frame, self.pixels[i]);
+            let at_far = || ends_at_far(job, frame, self.pixels[i]);
             image.stats.count(Status::from_word(status), at_far);
             image.stats.undecided += u64::from(status & UNDECIDED != 0);
         }

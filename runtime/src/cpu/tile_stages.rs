@@ -316,7 +316,7 @@ pub(super) fn render(
                 if sample == 0 {
                     tile.store_hits(job, image);
                 } else {
-                    tile.count_statuses(&frame, image);
+                    tile.count_statuses(job, &frame, image);
                 }
                 if sample + 1 == end_sample {
                     tile.store_colors(end_sample, image);

@@ -383,7 +383,7 @@ impl<S: GpuScene> SceneRunner<S> {
                     });
                 }
                 let statuses: Vec<u32> = rays.par_iter().map(|ray| ray.status).collect();
-                (statuses, count_rays(&pass, rays, width, tiles))
+                (statuses, count_rays(job, &pass, rays, width, tiles))
             })?;
         let is_shown = |pixel: usize| statuses[pixel] & SHOWN != 0;
         stats.evaluations += self.evaluations(plan, job, tiles, &is_shown)?;
@@ -522,6 +522,7 @@ impl<S: GpuScene> SceneRunner<S> {
 
 /// Counts the rays of a pass for the pixels of the inner tile.
 fn count_rays(
+    job: &RenderJob,
     pass: &layout::FrameUniforms,
     rays: &[RayState],
     width: usize,
@@ -534,7 +535,7 @@ fn count_rays(
             let ray = &rays[row.tile_start + x];
             let position = || pixel_coordinates(row.image_start + x, width);
             stats.count(Status::from_word(ray.status), || {
-                ends_at_far(pass, position())
+                ends_at_far(job, pass, position())
             });
             stats.evaluations += u64::from(ray.steps);
         }

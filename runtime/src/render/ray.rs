@@ -1,5 +1,6 @@
 //! Rays of pixels, and the points on them.
 
+use super::RenderJob;
 use sdfc_shaders::camera;
 use sdfc_shaders::layout::FrameUniforms;
 use sdfc_vm::vector::{V2, V3};
@@ -22,8 +23,11 @@ pub(crate) fn distance_from_camera(f: &FrameUniforms, pixel: [f32; 2], t: f32) -
 }
 
 /// Reports whether a pixel's ray, if it misses, ends because of the limit `far`, and not at the end of the
-/// scene's bounds.
-pub(crate) fn ends_at_far(f: &FrameUniforms, pixel: [f32; 2]) -> bool {
+/// scene's bounds. Rays to a plane end there.
+pub(crate) fn ends_at_far(job: &RenderJob, f: &FrameUniforms, pixel: [f32; 2]) -> bool {
+    if job.shows_plane() {
+        return false;
+    }
     let camera = camera_ray(f, pixel);
     let (low, high) = (vector(f.bounds_min), vector(f.bounds_max));
     let segment =

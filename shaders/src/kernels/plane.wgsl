@@ -70,13 +70,11 @@ fn edge_pixel(k: u32) -> EdgePixel {
     );
     let pixels = pixels_to_edge(field, change);
     let covered = coverage(pixels, f32(frame.samples));
-    // The neighbours towards the edge.
-    let is_right = (change.x > 0.0) == (field < 0.0);
-    let is_below = (change.y > 0.0) == (field < 0.0);
-    let row = select(k - SIDE, k + SIDE, is_below);
-    let beside = select(left, right, is_right);
-    let along = select(above, below, is_below);
-    let diagonal = fields[select(row - 1u, row + 1u, is_right)];
+    let beside = towards_edge(field, change.x, left, right);
+    let along = towards_edge(field, change.y, above, below);
+    let upper = towards_edge(field, change.x, fields[k - SIDE - 1u], fields[k - SIDE + 1u]);
+    let lower = towards_edge(field, change.x, fields[k + SIDE - 1u], fields[k + SIDE + 1u]);
+    let diagonal = towards_edge(field, change.y, upper, lower);
     let lowest = min(min(beside, along), diagonal);
     let highest = max(max(beside, along), diagonal);
     return EdgePixel(field, change, pixels, covered, is_doubtful_edge(field, lowest, highest, covered) > 0.5);
