@@ -17,6 +17,7 @@ mod normal;
 mod occlusion;
 mod packet;
 mod plane;
+mod plane_edges;
 pub mod plane_quadtree;
 mod ray_tasks;
 mod refine_roots;
@@ -30,6 +31,7 @@ use crate::cells::{Aabb, Cells};
 pub use crate::render::FieldFacts;
 use crate::render::{ExactValues, Geometry, Image, PixelPlane, RenderJob, RenderProgress, Samples};
 pub use cell_trial::CellLayout;
+pub use plane_edges::PlanePicture;
 use sdfc_shaders::layout;
 pub use sdfc_vm::lanes::{F32x64, LANES, Points};
 pub use sdfc_vm::surface::SurfaceBlock;
@@ -53,13 +55,13 @@ pub trait RenderField: Sync {
     ) -> Option<Arc<Cells>> {
         None
     }
-    /// Returns the field at every pixel of a plane, as [`plane_quadtree::sample`] does, if that is profitable.
+    /// Returns a picture of a plane, as [`plane_quadtree::picture`] does, if that is profitable.
     fn sample_plane(
         &self,
         _job: &RenderJob,
         _plane: &PixelPlane,
         _exact: ExactValues,
-    ) -> Option<Vec<f32>> {
+    ) -> Option<PlanePicture> {
         None
     }
     /// Creates an evaluator with its buffers; each thread has its own.

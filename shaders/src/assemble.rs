@@ -31,7 +31,7 @@ use crate::features::{Features, MAX_GENERIC_LIGHTS, Mode, Normals, Occlusion, Sh
 use crate::layout::{
     self, Beam, FrameUniforms, LightRecord, OcclusionState, RayState, ShadowRayState, Surface,
 };
-use crate::{beam, candidate, functions, marching, normals, shadow};
+use crate::{beam, candidate, functions, marching, normals, shadow, views};
 use sdfc_vm::prelude;
 use std::collections::BTreeSet;
 use std::fmt::Write;
@@ -537,6 +537,7 @@ fn constants(features: &Features) -> Vec<(&'static str, String)> {
         ("FROM_INSIDE", word(marching::FROM_INSIDE)),
         ("SHOWN", word(marching::SHOWN)),
         ("BLOCK_SIDE", word(beam::BLOCK_SIDE)),
+        ("COUNTS", word(views::COUNTS)),
         ("MAX_BEAM_STEPS", word(beam::MAX_STEPS)),
         ("MAX_SECANT_STEPS", word(marching::MAX_SECANT_STEPS)),
         (

@@ -166,17 +166,16 @@ functions! {
     depth_color = views::depth_color(t, range);
     id_color = views::id_color(id);
     distance_color = views::distance_color(field, spacing, pixel_size);
-    change_on_one_side = views::change_on_one_side(before, field, after);
-    change_per_pixel = views::change_per_pixel(before, field, after, one_side);
+    change_per_pixel = views::change_per_pixel(before, field, after);
     steepest_change = views::steepest_change(
         change, field, upper_left, upper_right, lower_left, lower_right
     );
     pixels_to_edge = views::pixels_to_edge(field, change);
     coverage = views::coverage(pixels, samples);
-    towards_edge = views::towards_edge(field, change, before, after);
-    is_doubtful_edge = views::is_doubtful_edge(field, lowest, highest, covered);
-    edge_probe = views::edge_probe(pixels, change);
-    probed_coverage = views::probed_coverage(field, probe, covered);
+    is_uneven_edge = views::is_uneven_edge(
+        field, left, right, above, below, upper_left, upper_right, lower_left, lower_right, change, covered
+    );
+    count_offset = views::count_offset(index, samples);
     edge_between = views::edge_between(
         p, normal, id, p_other, normal_other, id_other, half_pixel, same_coverage
     );

@@ -73,52 +73,30 @@ pub fn distance_color<R: Real>(field: R, spacing: R, pixel_size: R) -> R::Vec3 {
 
 /// Largest change of a field between two pixels; the squares of larger ones may overflow.
 const MAX_CHANGE: f64 = 1e15;
-/// Ratio to the changes on one side of the edge from which on a change across it is no slope.
-const MAX_CHANGE_RATIO: f64 = 1e4;
-/// Number of pixels beyond an edge at which a probe tells a thin part from a contact.
-const PROBE_DEPTH: f64 = 0.05;
+/// Difference of two successive changes of a field, in parts of a change, from which on the field is no plane.
+const MAX_BEND: f64 = 0.25;
 /// Distance to the edge of a flat field, in pixels.
 const NO_EDGE: f64 = 1e9;
+/// Number of points along a side of a sample's square at which signs are counted.
+const COUNTS_PER_SIDE: u32 = 4;
+/// Number of points of a sample's square at which signs are counted.
+pub const COUNTS: u32 = COUNTS_PER_SIDE * COUNTS_PER_SIDE;
 
-/// Reports whether two values of a field lie on different sides of the edge.
+/// Returns the change from one value to another, within finite limits.
 #[inline(always)]
-fn is_across<R: Real>(field: R, neighbour: R) -> R::Bool {
-    let zero = lit::<R>(0.0);
-    let is_inside = field.less(zero);
-    R::or(
-        R::and(is_inside, R::not(neighbour.less(zero))),
-        R::and(R::not(is_inside), neighbour.less(zero)),
-    )
-}
-
-/// Returns the larger change of a field to the neighbours along an axis that lie on the same side of the edge.
-#[inline(always)]
-pub fn change_on_one_side<R: Real>(before: R, field: R, after: R) -> R {
-    let zero = lit::<R>(0.0);
-    let change = |neighbour: R| {
-        let change = (neighbour - field).abs().min(lit(MAX_CHANGE));
-        R::select(is_across(field, neighbour), zero, change)
-    };
-    change(before).max(change(after))
+fn limited_change<R: Real>(from: R, to: R) -> R {
+    (to - from).clamp(lit(-MAX_CHANGE), lit(MAX_CHANGE))
 }
 
 /// Returns the change of a field per pixel along an axis of the picture. `before` and `after` are its values at the
 /// neighbours.
 ///
-/// Of the changes on both sides, the larger one counts: the other may cross a crease. Across the edge, a change that
-/// is far larger than `one_side` leads to points where the field is not defined, and does not count.
+/// Of the changes on both sides, the larger one counts: the other may cross a crease.
 #[inline(always)]
-pub fn change_per_pixel<R: Real>(before: R, field: R, after: R, one_side: R) -> R {
-    let limited = |change: R| change.clamp(lit(-MAX_CHANGE), lit(MAX_CHANGE));
-    let back = limited(field - before).named("back");
-    let ahead = limited(after - field).named("ahead");
-    let is_back_larger = ahead.abs().less(back.abs());
-    let larger = R::select(is_back_larger, back, ahead).named("larger");
-    let smaller = R::select(is_back_larger, ahead, back).named("smaller");
-    let neighbour = R::select(is_back_larger, before, after);
-    let expected = (one_side + field.abs() * lit(1e-3)) * lit(MAX_CHANGE_RATIO);
-    let is_jump = R::and(is_across(field, neighbour), expected.less(larger.abs()));
-    R::select(is_jump, smaller, larger)
+pub fn change_per_pixel<R: Real>(before: R, field: R, after: R) -> R {
+    let back = limited_change(before, field).named("back");
+    let ahead = limited_change(field, after).named("ahead");
+    R::select(ahead.abs().less(back.abs()), back, ahead)
 }
 
 /// Returns the change of a field per pixel, or that along a diagonal if it is much larger. Where two thin parts cross,
@@ -186,57 +164,69 @@ pub fn coverage<R: Real>(pixels: R, samples: R) -> R {
     (lit::<R>(0.5) - pixels * samples.sqrt()).saturate()
 }
 
-/// Returns the value of the neighbour along an axis that lies towards the edge.
+/// Returns how much a field bends at the middle one of three values.
 #[inline(always)]
-pub fn towards_edge<R: Real>(field: R, change: R, before: R, after: R) -> R {
-    let zero = lit::<R>(0.0);
-    let is_inside = field.less(zero);
-    let rises = zero.less(change);
-    let is_after = R::or(
-        R::and(is_inside, rises),
-        R::and(R::not(is_inside), R::not(rises)),
-    );
-    R::select(is_after, after, before)
+fn bend<R: Real>(before: R, field: R, after: R) -> R {
+    (limited_change(field, after) - limited_change(before, field)).abs()
 }
 
-/// Returns 1 where a partly covered pixel and its three neighbours towards the edge have values of one sign, else 0.
-/// Then the edge belongs to a part thinner than a pixel, or the field touches zero without a change of sign.
+/// Returns 1 where the values of a pixel and of its neighbours do not tell how much of it is covered, else 0.
+///
+/// Either the sign changes and the field is no plane, as at corners, at jumps and where parts of different slopes
+/// meet. Or the pixel is partly covered and no sign changes: the part is thinner than a pixel, or the field only
+/// touches zero.
 #[inline(always)]
-pub fn is_doubtful_edge<R: Real>(field: R, lowest: R, highest: R, covered: R) -> R {
+#[expect(clippy::too_many_arguments, reason = "the neighbours of a pixel")]
+pub fn is_uneven_edge<R: Real>(
+    field: R,
+    left: R,
+    right: R,
+    above: R,
+    below: R,
+    upper_left: R,
+    upper_right: R,
+    lower_left: R,
+    lower_right: R,
+    change: R::Vec2,
+    covered: R,
+) -> R {
     let zero = lit::<R>(0.0);
-    let is_inside = field.less(zero);
-    let changes = R::or(is_across(field, lowest), is_across(field, highest));
-    let is_partial = R::or(
-        R::and(is_inside, covered.less(lit(1.0))),
-        R::and(R::not(is_inside), zero.less(covered)),
-    );
-    R::select(R::and(is_partial, R::not(changes)), lit(1.0), zero)
+    let lowest_beside = left.min(right).min(above.min(below));
+    let highest_beside = left.max(right).max(above.max(below));
+    let lowest_corner = upper_left.min(upper_right).min(lower_left.min(lower_right));
+    let highest_corner = upper_left.max(upper_right).max(lower_left.max(lower_right));
+    let lowest = lowest_beside.min(lowest_corner).min(field).named("lowest");
+    let highest = highest_beside
+        .max(highest_corner)
+        .max(field)
+        .named("highest");
+    let changes = R::and(lowest.less(zero), R::not(highest.less(zero)));
+
+    let along_axes = bend(left, field, right).max(bend(above, field, below));
+    let diagonal = bend(upper_left, field, lower_right).max(bend(upper_right, field, lower_left));
+    // Along a diagonal, the square of the step is twice as large.
+    let largest_bend = along_axes.max(diagonal * lit(0.5)).named("largest_bend");
+    let largest_change = change.x().abs().max(change.y().abs());
+    let bends = (largest_change * lit(MAX_BEND)).less(largest_bend);
+
+    let is_partial = R::and(zero.less(covered), covered.less(lit(1.0)));
+    let is_uneven = R::or(R::and(changes, bends), R::and(R::not(changes), is_partial));
+    R::select(is_uneven, lit(1.0), zero)
 }
 
-/// Returns the offset of a probe just beyond the edge, in pixels.
+/// Returns the offset of a point at which the sign is counted, from a pixel's middle and in pixels. The points are
+/// a grid of four by four, sheared such that all rows and columns differ.
 #[inline(always)]
-pub fn edge_probe<R: Real>(pixels: R, change: R::Vec2) -> R::Vec2 {
-    let largest = change.x().abs().max(change.y().abs());
-    let scale = largest.at_least(lit(1e-30)).named("scale");
-    let x = (change.x() / scale).named("x");
-    let y = (change.y() / scale).named("y");
-    let beyond = R::select(
-        pixels.less(lit(0.0)),
-        pixels - lit(PROBE_DEPTH),
-        pixels + lit(PROBE_DEPTH),
-    );
-    let factor = (-beyond / (x * x + y * y).sqrt()).named("factor");
-    R::Vec2::new(x * factor, y * factor)
-}
-
-/// Returns the coverage of a doubtful pixel: as it is if the field at the probe has the other sign, else all or
-/// nothing.
-#[inline(always)]
-pub fn probed_coverage<R: Real>(field: R, probe: R, covered: R) -> R {
-    let zero = lit::<R>(0.0);
-    let inside = R::select(probe.less(zero), lit(1.0), covered);
-    let outside = R::select(probe.less(zero), covered, zero);
-    R::select(field.less(zero), inside, outside)
+pub fn count_offset<R: Real>(index: R, samples: R) -> R::Vec2 {
+    let side = f64::from(COUNTS_PER_SIDE);
+    let column = (index * lit(1.0 / side)).floor().named("column");
+    let row = (index - column * lit(side)).named("row");
+    let first = lit::<R>(0.5 / side);
+    let x = column + row * lit(1.0 / side) + first;
+    let y = row + (lit::<R>(side - 1.0) - column) * lit(1.0 / side) + first;
+    let size = (samples.sqrt() * lit(side)).named("size");
+    let middle = lit::<R>(0.5 * side);
+    R::Vec2::new((x - middle) / size, (y - middle) / size)
 }
 
 /// Returns the strength of the edge between two neighbouring samples of surfaces, from 0 to 1.

@@ -154,7 +154,7 @@ impl CellRegion {
                 region,
                 split,
                 band: exact.band,
-                margin: exact.pixels as f32 * plane.pixel_extent(),
+                margin: exact.pixels_around_edges() as f32 * plane.pixel_extent(),
                 rule: PrunedLeafLimit(ScreenSpaceLeafLimit::from_uniforms(frame)),
             });
         }

@@ -2,7 +2,7 @@
 
 use super::cell_trial;
 use super::evaluator::{CpuEvaluator, EvaluatedScene, MIN_ON_DEMAND_CLAUSES, MIN_SORT_POINTS};
-use super::{CellLayout, Evaluator, LANES, RenderField, morton, plane_quadtree};
+use super::{CellLayout, Evaluator, LANES, PlanePicture, RenderField, morton, plane_quadtree};
 use crate::cells::policy::{self, PacketCells};
 use crate::cells::split_rule::ScreenSpaceLeafLimit;
 use crate::cells::{self, Aabb, CellInfo, CellSpec, CellSplit, Cells, trial};
@@ -147,7 +147,7 @@ impl Engine for CpuEngine {
     ) -> Result<Option<Vec<f32>>, EngineError> {
         let scene = self.scene()?;
         let plane = plane_of(settings);
-        let exact = ExactValues { band, pixels: 0 };
+        let exact = ExactValues { band, edges: None };
         Ok(plane.map(|plane| plane_quadtree::sample(&scene.distance, &scene.tape, &plane, exact)))
     }
 
@@ -256,13 +256,13 @@ impl RenderField for CpuScene {
         job: &RenderJob,
         plane: &PixelPlane,
         exact: ExactValues,
-    ) -> Option<Vec<f32>> {
+    ) -> Option<PlanePicture> {
         let is_pruned = match job.cells {
             CellMode::Never => false,
             CellMode::Auto => self.tape.clauses.len() >= MIN_PLANE_PRUNE_CLAUSES,
             CellMode::Always | CellMode::Cpu | CellMode::Gpu => true,
         };
-        is_pruned.then(|| plane_quadtree::sample(&self.distance, &self.tape, plane, exact))
+        is_pruned.then(|| plane_quadtree::picture(&self.distance, &self.tape, plane, exact))
     }
     fn evaluator<'a>(
         &'a self,

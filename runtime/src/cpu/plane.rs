@@ -1,9 +1,9 @@
 //! The stage `plane`: the field where each ray meets the plane through the view's centre.
 //!
-//! The edge of a 2-D shape is where the field changes its sign. How much of a pixel it covers follows from the field
-//! at the pixel and at its four neighbours; see [`sdfc_shaders::views`].
+//! How much of a pixel a 2-D shape covers is found by [`super::plane_edges`].
 
 use super::normal::{set_lane, surface_in_lane};
+use super::plane_edges::{PlanePicture, PlaneValues, cover};
 use super::ray_tasks::{is_nan, repeat_first};
 use super::shade::add_sample;
 use super::tile::Tile;
@@ -15,41 +15,27 @@ use sdfc_shaders::layout::{FrameUniforms, RayState, Surface};
 use sdfc_shaders::marching::{SHOWN, Status};
 use sdfc_shaders::{camera, views};
 use sdfc_vm::surface::SurfaceBlock;
-use sdfc_vm::vector::{V2, V3};
-
-/// The field at the pixels of a picture, row after row, with a border of one pixel where coverage is computed.
-#[derive(Clone, Copy)]
-pub(super) struct PlaneValues<'a> {
-    /// Values, in rows of `width`.
-    pub(super) values: &'a [f32],
-    /// Number of values in a row.
-    pub(super) width: usize,
-}
+use sdfc_vm::vector::V3;
 
 /// Adds a sample of the field on the plane through the view's centre; returns the number of evaluations at pixels.
-/// Values around the tile and probes are not counted, as on devices.
+/// Values around the tile and counts of signs are not counted, as on devices.
 pub(super) fn plane(
     frame: &FrameUniforms,
     features: &Features,
     tile: &mut Tile,
-    picture: Option<PlaneValues<'_>>,
+    picture: Option<&PlanePicture>,
     evaluator: &mut dyn Evaluator,
 ) -> u64 {
     let is_distance_view = features.mode == Mode::Distance;
     let has_albedo = !is_distance_view && matches!(features.mode, Mode::Shaded | Mode::Albedo);
     let mut evaluations = 0;
-    let mut samples = PlaneSamples::new(tile, !is_distance_view);
-    match picture {
-        Some(picture) => samples.read(tile, picture),
+    let samples = match picture {
+        Some(picture) => PlaneSamples::read(tile, picture),
         None => {
-            samples.evaluate(frame, tile, evaluator);
             evaluations += tile.pixels.len() as u64;
+            PlaneSamples::evaluate(frame, tile, !is_distance_view, evaluator)
         }
-    }
-    let mut covered = vec![0.0; tile.pixels.len()];
-    if !is_distance_view {
-        samples.find_coverage(frame, tile, &mut covered, evaluator);
-    }
+    };
     if has_albedo && features.materials {
         evaluations += find_surfaces(frame, tile, evaluator);
     } else {
@@ -57,7 +43,7 @@ pub(super) fn plane(
     }
     for i in 0..tile.pixels.len() {
         let t = plane_point(frame, tile.pixels[i]).1;
-        let distance = samples.fields[samples.index(i)];
+        let distance = samples.fields[i];
         let status = if is_nan(distance) {
             Status::NotANumber as u32
         } else if distance < 0.0 {
@@ -75,11 +61,11 @@ pub(super) fn plane(
         if is_nan(distance) {
             continue;
         }
-        let covered = covered[i];
         let (color, covered) = if is_distance_view {
             let pixel = 2.0 * camera::half_pixel(t, frame.half_pixel_size, frame.half_pixel_growth);
             (views::distance_color(distance, frame.spacing, pixel), 1.0)
         } else if has_albedo {
+            let covered = samples.covered[i];
             let albedo = match features.materials {
                 true => tile.surfaces[i].albedo,
                 false => frame.albedo,
@@ -87,6 +73,7 @@ pub(super) fn plane(
             let paper = vector(frame.sky_horizon);
             (paper + (vector(albedo) - paper) * covered, covered)
         } else {
+            let covered = samples.covered[i];
             (V3::new(covered, covered, covered), covered)
         };
         add_sample(&mut tile.colors[i], color, covered);
@@ -103,115 +90,72 @@ fn plane_point(frame: &FrameUniforms, position: [f32; 2]) -> (V3<f32>, f32) {
     (point, t)
 }
 
-/// Fields of a tile's pixels, with a border of one pixel where coverage is computed.
+/// Fields of a tile's pixels, and how much of each is covered.
+#[derive(Default)]
 struct PlaneSamples {
     fields: Vec<f32>,
-    /// Number of values in a row.
-    width: usize,
-    /// Number of pixels around the tile.
-    border: usize,
-    tile_width: usize,
+    /// Nothing where it is not needed.
+    covered: Vec<f32>,
 }
 
 impl PlaneSamples {
-    fn new(tile: &Tile, has_border: bool) -> Self {
-        let border = usize::from(has_border);
-        let [width, height] = [tile.width, tile.height].map(|side| side as usize + 2 * border);
-        Self {
-            fields: vec![0.0; width * height],
-            width,
-            border,
-            tile_width: tile.width as usize,
-        }
-    }
-
-    /// Returns the index of a pixel of the tile.
-    fn index(&self, pixel: usize) -> usize {
-        let (x, y) = (pixel % self.tile_width, pixel / self.tile_width);
-        (y + self.border) * self.width + x + self.border
-    }
-
-    /// Returns the position in the picture of a value, in pixels.
-    fn position(&self, tile: &Tile, index: usize) -> [f32; 2] {
-        let [left, upper] = tile.pixels[0];
-        let (x, y) = (index % self.width, index / self.width);
-        let border = self.border as f32;
-        [left + x as f32 - border, upper + y as f32 - border]
-    }
-
-    /// Reads the fields of a picture, which has the same border.
-    fn read(&mut self, tile: &Tile, picture: PlaneValues<'_>) {
+    /// Reads the samples of a picture.
+    fn read(tile: &Tile, picture: &PlanePicture) -> Self {
         let [left, upper] = tile.pixels[0].map(|v| v as usize);
-        for (y, row) in self.fields.chunks_mut(self.width).enumerate() {
-            let first = (upper + y) * picture.width + left;
-            row.copy_from_slice(&picture.values[first..first + row.len()]);
+        let border = picture.border;
+        let tile_rows = |samples: &[f32]| {
+            let rows = samples.chunks(picture.width).skip(upper + border);
+            let rows = rows.take(tile.height as usize);
+            rows.flat_map(|row| &row[left + border..][..tile.width as usize])
+                .copied()
+                .collect()
+        };
+        Self {
+            fields: tile_rows(&picture.values),
+            covered: tile_rows(&picture.covered),
         }
     }
 
-    /// Evaluates the fields.
-    fn evaluate(&mut self, frame: &FrameUniforms, tile: &Tile, evaluator: &mut dyn Evaluator) {
-        let positions: Vec<[f32; 2]> = (0..self.fields.len())
-            .map(|index| self.position(tile, index))
-            .collect();
-        self.fields = evaluate_at(frame, &positions, evaluator);
-    }
-
-    /// Computes how much of each pixel is covered.
-    fn find_coverage(
-        &self,
+    /// Evaluates the field.
+    fn evaluate(
         frame: &FrameUniforms,
         tile: &Tile,
-        covered: &mut [f32],
+        finds_coverage: bool,
         evaluator: &mut dyn Evaluator,
-    ) {
-        let mut doubtful = Vec::new();
-        let mut probes = Vec::new();
-        for (i, covered) in covered.iter_mut().enumerate() {
-            let k = self.index(i);
-            let field = self.fields[k];
-            let [left, right] = [self.fields[k - 1], self.fields[k + 1]];
-            let [above, below] = [self.fields[k - self.width], self.fields[k + self.width]];
-            let (upper, lower) = (k - self.width, k + self.width);
-            let one_side = views::change_on_one_side(left, field, right)
-                .max(views::change_on_one_side(above, field, below));
-            let change = views::steepest_change::<f32>(
-                V2 {
-                    x: views::change_per_pixel(left, field, right, one_side),
-                    y: views::change_per_pixel(above, field, below, one_side),
-                },
-                field,
-                self.fields[upper - 1],
-                self.fields[upper + 1],
-                self.fields[lower - 1],
-                self.fields[lower + 1],
-            );
-            if field.abs() > change.x.abs() + change.y.abs() {
-                // The edge is more than a pixel away.
-                *covered = if field < 0.0 { 1.0 } else { 0.0 };
-                continue;
-            }
-            let pixels = views::pixels_to_edge::<f32>(field, change);
-            *covered = views::coverage(pixels, frame.samples as f32);
-            let beside = views::towards_edge(field, change.x, left, right);
-            let along = views::towards_edge(field, change.y, above, below);
-            let [upper, lower] = [upper, lower].map(|row| {
-                let [left, right] = [self.fields[row - 1], self.fields[row + 1]];
-                views::towards_edge(field, change.x, left, right)
-            });
-            let diagonal = views::towards_edge(field, change.y, upper, lower);
-            let lowest = beside.min(along).min(diagonal);
-            let highest = beside.max(along).max(diagonal);
-            if views::is_doubtful_edge(field, lowest, highest, *covered) > 0.5 {
-                let V2 { x, y } = views::edge_probe::<f32>(pixels, change);
-                let [column, row] = tile.pixels[i];
-                doubtful.push(i);
-                probes.push([column + x, row + y]);
-            }
+    ) -> Self {
+        if !finds_coverage {
+            return Self {
+                fields: evaluate_at(frame, &tile.pixels, evaluator),
+                covered: Vec::new(),
+            };
         }
-        let fields = evaluate_at(frame, &probes, evaluator);
-        for (&i, probe) in doubtful.iter().zip(fields) {
-            let field = self.fields[self.index(i)];
-            covered[i] = views::probed_coverage(field, probe, covered[i]);
+        let [left, upper] = tile.pixels[0].map(|first| first - 1.0);
+        let [width, height] = [tile.width, tile.height].map(|side| side as usize + 2);
+        let positions: Vec<[f32; 2]> = (0..width * height)
+            .map(|k| [left + (k % width) as f32, upper + (k / width) as f32])
+            .collect();
+        let values = evaluate_at(frame, &positions, evaluator);
+        let inner = (1..height - 1).flat_map(|y| (1..width - 1).map(move |x| y * width + x));
+        let mut covered = vec![0.0; tile.pixels.len()];
+        let picture = PlaneValues {
+            values: &values,
+            width,
+        };
+        cover(
+            picture,
+            inner.clone(),
+            frame.samples,
+            &mut covered,
+            |positions| {
+                let mut values = F32x64::default();
+                let positions = positions.iter().map(|[x, y]| [left + x, upper + y]);
+                evaluate_block(frame, positions, evaluator, &mut values);
+                values
+            },
+        );
+        Self {
+            fields: inner.map(|k| values[k]).collect(),
+            covered,
         }
     }
 }
@@ -222,17 +166,29 @@ fn evaluate_at(
     positions: &[[f32; 2]],
     evaluator: &mut dyn Evaluator,
 ) -> Vec<f32> {
-    let (mut points, mut values) = (Points::default(), F32x64::default());
+    let mut values = F32x64::default();
     let mut fields = Vec::with_capacity(positions.len());
     for positions in positions.chunks(LANES) {
-        for (lane, &position) in positions.iter().enumerate() {
-            set_lane(&mut points, lane, plane_point(frame, position).0);
-        }
-        repeat_first(&mut points, positions.len());
-        evaluator.distances(&points, positions.len(), &mut values);
+        evaluate_block(frame, positions.iter().copied(), evaluator, &mut values);
         fields.extend_from_slice(&values.0[..positions.len()]);
     }
     fields
+}
+
+/// Evaluates the field at up to 64 positions in the picture.
+fn evaluate_block(
+    frame: &FrameUniforms,
+    positions: impl ExactSizeIterator<Item = [f32; 2]>,
+    evaluator: &mut dyn Evaluator,
+    values: &mut F32x64,
+) {
+    let mut points = Points::default();
+    let count = positions.len();
+    for (lane, position) in positions.enumerate() {
+        set_lane(&mut points, lane, plane_point(frame, position).0);
+    }
+    repeat_first(&mut points, count);
+    evaluator.distances(&points, count, values);
 }
 
 /// Finds the surface of each pixel; returns the number of evaluations.

@@ -5,10 +5,12 @@
 //! and is far enough from zero, the square is filled; elsewhere the tape is pruned for it. (M. Keeter,
 //! *Massively Parallel Rendering of Complex Closed-Form Implicit Surfaces*, 2020.)
 
+use super::plane_edges::{PlanePicture, PlaneValues, cover};
 use super::{F32x64, LANES, Points};
 use crate::cells::Aabb;
 use crate::render::{ExactValues, PixelPlane};
 use crate::work_stealing::parallel_map_with;
+use rayon::prelude::*;
 use sdfc_vm::program::Program;
 use sdfc_vm::tape::evaluator::TapeEvaluator;
 use sdfc_vm::tape::prune::Pruner;
@@ -49,12 +51,102 @@ fn square_region(plane: &PixelPlane, [left, upper]: [usize; 2], side: usize, bor
 
 /// Samples the field at all pixels, row after row. A square without values that must be exact has one value.
 pub fn sample(program: &Program, tape: &Tape, plane: &PixelPlane, exact: ExactValues) -> Vec<f32> {
-    let [width, height] = plane.size;
     let job = SamplingJob {
         program,
         plane,
         exact,
     };
+    sample_squares(&job, tape).0
+}
+
+/// Returns the samples of [`sample`], and how much of each pixel is covered if `exact` asks for it.
+pub fn picture(
+    program: &Program,
+    tape: &Tape,
+    plane: &PixelPlane,
+    exact: ExactValues,
+) -> PlanePicture {
+    let job = SamplingJob {
+        program,
+        plane,
+        exact,
+    };
+    let (values, edge_squares) = sample_squares(&job, tape);
+    let mut picture = PlanePicture {
+        values,
+        covered: Vec::new(),
+        width: plane.size[0],
+        border: usize::from(exact.edges.is_some()),
+    };
+    if let Some(samples) = exact.edges {
+        cover_squares(&job, tape, samples, &edge_squares, &mut picture);
+    }
+    picture
+}
+
+/// A square of [`SMALL_SIDE`] pixels whose values are exact, with the tape that is pruned for it.
+struct EdgeSquare {
+    corner: [usize; 2],
+    tape: Box<[Clause]>,
+}
+
+/// Computes how much of each pixel is covered. Outside the edge squares, all or nothing is.
+fn cover_squares(
+    job: &SamplingJob<'_>,
+    tape: &Tape,
+    samples: u32,
+    squares: &[EdgeSquare],
+    picture: &mut PlanePicture,
+) {
+    let [width, height] = job.plane.size;
+    let by_sign = |value: &f32| f32::from(u8::from(*value < 0.0));
+    picture.covered = picture.values.par_iter().map(by_sign).collect();
+    let values = PlaneValues {
+        values: &picture.values,
+        width,
+    };
+    // The border has no neighbours, and is not seen.
+    let sides = |square: &EdgeSquare| {
+        let [left, upper] = square.corner;
+        let columns = left.max(1)..(left + SMALL_SIDE).min(width - 1);
+        (columns, upper.max(1)..(upper + SMALL_SIDE).min(height - 1))
+    };
+    let covered = parallel_map_with(
+        squares.len(),
+        || TapeEvaluator::<f32>::new(tape.values, tape.points),
+        |evaluator, index| {
+            let square = &squares[index];
+            let (columns, rows) = sides(square);
+            let pixels = rows.flat_map(|y| columns.clone().map(move |x| y * width + x));
+            let mut covered = [0.0; SMALL_SIDE * SMALL_SIDE];
+            cover(values, pixels, samples, &mut covered, |positions| {
+                let points: &mut Points = evaluator.inputs_mut();
+                for (axis, column) in points.iter_mut().enumerate() {
+                    for lane in 0..LANES {
+                        let [x, y] = positions[lane.min(positions.len() - 1)];
+                        column.0[lane] = job.plane.coordinate(axis, x, y);
+                    }
+                }
+                *evaluator.run(job.program, &square.tape, positions.len())
+            });
+            covered
+        },
+    );
+    for (square, covered) in squares.iter().zip(covered) {
+        let (columns, rows) = sides(square);
+        for (y, covered) in rows.zip(covered.chunks(columns.len().max(1))) {
+            let first = y * width;
+            let row = &mut picture.covered[first + columns.start..first + columns.end];
+            row.copy_from_slice(&covered[..row.len()]);
+        }
+    }
+}
+
+/// Samples the field at all pixels. If coverage is computed, also returns the squares with edges.
+fn sample_squares(job: &SamplingJob<'_>, tape: &Tape) -> (Vec<f32>, Vec<EdgeSquare>) {
+    let plane = job.plane;
+    let [width, height] = plane.size;
+    let mut edge_squares = Vec::new();
     let blocks = |length: usize| (0..length).step_by(BLOCK_SIDE);
     let corners: Vec<[usize; 2]> = blocks(height)
         .flat_map(|y| blocks(width).map(move |x| [x, y]))
@@ -71,33 +163,35 @@ pub fn sample(program: &Program, tape: &Tape, plane: &PixelPlane, exact: ExactVa
             quarter_tape.prune(tracer.trace(), unfilled_mask, &tape.clauses, &mut pruner);
         }
         let squares = rows_of_squares(&mut values[corner[1] * width..], width, corner[0]);
-        parallel_map_with(
+        let found = parallel_map_with(
             LANES,
             || Worker::new(tape),
             |worker, lane| {
                 // Each square is taken once, so no thread waits here.
                 let mut rows = squares[lane].lock().unwrap_or_else(PoisonError::into_inner);
                 if rows.is_empty() {
-                    return;
+                    return Vec::new();
                 }
                 if let Some(value) = job.filled(&ranges, lane) {
                     rows.iter_mut().for_each(|row| row.fill(value));
-                    return;
+                    return Vec::new();
                 }
                 let mut clauses = std::mem::take(&mut worker.middle_tape);
                 let quarter_tape = &quarter_tapes[quarter_containing(lane)];
                 quarter_tape.prune_for_square(lane, &mut worker.pruner, &mut clauses);
                 worker.middle_square(
-                    &job,
+                    job,
                     &clauses,
                     square_corner(corner, MIDDLE_SIDE, lane),
                     &mut rows,
                 );
                 worker.middle_tape = clauses;
+                std::mem::take(&mut worker.edge_squares)
             },
         );
+        edge_squares.extend(found.into_iter().flatten());
     }
-    values
+    (values, edge_squares)
 }
 
 /// Returns the rows of pixels in each of the 64 squares of a block, from the block's first row on. Squares
@@ -145,7 +239,8 @@ impl SamplingJob<'_> {
         let boxes = tracer.boxes();
         for lane in 0..LANES {
             let corner = square_corner(corner, side, lane);
-            square_region(self.plane, corner, side, self.exact.pixels).write_lane(boxes, lane);
+            square_region(self.plane, corner, side, self.exact.pixels_around_edges())
+                .write_lane(boxes, lane);
         }
         *tracer.run(self.program, tape, LANES)
     }
@@ -219,6 +314,7 @@ struct Worker {
     middle_tape: Vec<Clause>,
     quarter_tape: QuarterTape,
     small_tape: Vec<Clause>,
+    edge_squares: Vec<EdgeSquare>,
 }
 
 impl Worker {
@@ -230,6 +326,7 @@ impl Worker {
             middle_tape: Vec::new(),
             quarter_tape: QuarterTape::default(),
             small_tape: Vec::new(),
+            edge_squares: Vec::new(),
         };
         worker.pruner.reserve(tape.values, tape.points);
         worker
@@ -277,6 +374,12 @@ impl Worker {
         rows: impl Iterator<Item = &'v mut [f32]>,
     ) {
         const ROWS: usize = LANES / SMALL_SIDE;
+        if job.exact.edges.is_some() {
+            self.edge_squares.push(EdgeSquare {
+                corner: [left, upper],
+                tape: self.small_tape.as_slice().into(),
+            });
+        }
         let mut values = F32x64::default();
         // Parts of the coordinates that are the same in all rows.
         let mut row_points = Points::default();

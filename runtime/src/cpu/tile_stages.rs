@@ -4,7 +4,7 @@ use super::beam::Beams;
 use super::leaf_bins::{self, LeafBins};
 use super::march::March;
 use super::packet::NO_LEAF;
-use super::plane::PlaneValues;
+use super::plane_edges::PlanePicture;
 use super::ray_tasks::run_streamed;
 use super::refine_roots::RootRefinement;
 use super::tile::{Tile, corners};
@@ -14,7 +14,7 @@ use super::{
 use crate::cells::Cells;
 use crate::render::plane::face_on;
 use crate::render::ray::distance_from_camera;
-use crate::render::{Geometry, Image, Mode, RenderJob, RenderProgress, Samples};
+use crate::render::{Geometry, Image, RenderJob, RenderProgress, Samples};
 use crate::work_stealing::parallel_map_with;
 use sdfc_shaders::assemble::{RenderStage, stages};
 use sdfc_shaders::marching::SHOWN;
@@ -55,7 +55,7 @@ impl Tile {
         (stages, traversal, picture): (
             &[RenderStage],
             Option<&CellTraversal>,
-            Option<PlaneValues<'_>>,
+            Option<&PlanePicture>,
         ),
         evaluator: &mut dyn Evaluator,
     ) -> u64 {
@@ -267,7 +267,7 @@ pub(super) fn render(
     } else {
         None
     };
-    let plane_values: Vec<Option<Vec<f32>>> = passes
+    let plane_pictures: Vec<Option<PlanePicture>> = passes
         .clone()
         .map(|sample| {
             let (plane, exact) = if stages.contains(&RenderStage::Plane) {
@@ -276,9 +276,9 @@ pub(super) fn render(
                 return None;
             };
             // Coverage reads the values beside each pixel.
-            let plane = match job.features.mode {
-                Mode::Distance => plane,
-                _ => plane.with_border(),
+            let plane = match exact.edges {
+                Some(_) => plane.with_border(),
+                None => plane,
             };
             field.sample_plane(job, &plane, exact)
         })
@@ -303,12 +303,7 @@ pub(super) fn render(
             let mut finished_tiles = 0;
             for sample in passes.clone() {
                 let frame = job.pass_uniforms(sample);
-                let picture = plane_values[(sample - first_sample) as usize].as_deref();
-                let border = usize::from(job.features.mode != Mode::Distance);
-                let picture = picture.map(|values| PlaneValues {
-                    values,
-                    width: job.size[0] as usize + 2 * border,
-                });
+                let picture = plane_pictures[(sample - first_sample) as usize].as_ref();
                 let inputs = (stages.as_slice(), traversal.as_ref(), picture);
                 evaluations += tile.render_sample(&frame, job, inputs, &mut **evaluator);
                 let mut image_and_count = image.lock().unwrap_or_else(PoisonError::into_inner);

@@ -8,7 +8,8 @@
 use super::{Outcome, RayEnd, ReferenceCamera, ReferenceField, ReferenceTracer, TraceOptions};
 use crate::cpu::engine::{CpuEngine, CpuScene, cpu_device};
 use crate::cpu::{
-    self, Evaluator, F32x64, FieldFacts, FieldQuantity, Points, RenderField, SurfaceBlock,
+    self, Evaluator, F32x64, FieldFacts, FieldQuantity, PlanePicture, Points, RenderField,
+    SurfaceBlock,
 };
 use crate::engine::{Engine, EngineError, EngineKind, FieldSample, SceneInput};
 use crate::render::{
@@ -100,10 +101,18 @@ impl RenderField for ProvedScene<'_> {
     fn facts(&self) -> FieldFacts {
         self.shading.facts()
     }
-    fn sample_plane(&self, _: &RenderJob, plane: &PixelPlane, _: ExactValues) -> Option<Vec<f32>> {
+    fn sample_plane(
+        &self,
+        _: &RenderJob,
+        plane: &PixelPlane,
+        exact: ExactValues,
+    ) -> Option<PlanePicture> {
         let points = plane.points();
         let distance = |p: &[f32; 3]| self.field.distance(p.map(f64::from)) as f32;
-        Some(points.par_iter().map(distance).collect())
+        let values = points.par_iter().map(distance).collect();
+        Some(PlanePicture::new(values, plane, exact, |x, y| {
+            distance(&std::array::from_fn(|axis| plane.coordinate(axis, x, y)))
+        }))
     }
     fn evaluator<'a>(
         &'a self,

@@ -54,12 +54,19 @@ impl PixelPlane {
 pub struct ExactValues {
     /// Those of a smaller magnitude.
     pub band: f32,
-    /// Those at a pixel within this number of pixels of a change of sign.
-    pub pixels: u32,
+    /// Those near a change of sign, if coverage is computed: the number of samples of a pixel.
+    pub edges: Option<u32>,
 }
 
 /// Number of pixels beside an edge whose values decide how much of a pixel it covers.
 const EDGE_PIXELS: u32 = 2;
+
+impl ExactValues {
+    /// Returns the number of pixels around a change of sign in which values are exact.
+    pub(crate) fn pixels_around_edges(&self) -> u32 {
+        if self.edges.is_some() { EDGE_PIXELS } else { 0 }
+    }
+}
 
 /// Returns the plane that the settings show face on, if any.
 pub(crate) fn plane_of(settings: &RenderSettings) -> Option<PixelPlane> {
@@ -107,14 +114,14 @@ pub(crate) fn face_on(
         size: job.size.map(|n| n as usize),
     };
     let exact = match (job.exact_band, job.features.mode) {
-        (Some(band), _) => ExactValues { band, pixels: 0 },
+        (Some(band), _) => ExactValues { band, edges: None },
         (None, Mode::Distance) => ExactValues {
             band: f32::INFINITY,
-            pixels: 0,
+            edges: None,
         },
         (None, _) => ExactValues {
             band: 0.0,
-            pixels: EDGE_PIXELS,
+            edges: Some(frame.samples),
         },
     };
     Some((plane, exact))

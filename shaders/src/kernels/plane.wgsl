@@ -50,10 +50,16 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
 #else
 // The field at the pixels of a block, and at those around it.
 const SIDE: u32 = BLOCK_SIDE + 2u;
+const PIXELS: u32 = BLOCK_SIDE * BLOCK_SIDE;
 var<workgroup> fields: array<f32, 100>;
+// The pixels of the block at whose edges signs are counted, their number, and how many points of each are inside.
+var<workgroup> uneven: array<u32, 64>;
+var<workgroup> next_uneven: atomic<u32>;
+var<workgroup> uneven_count: u32;
+var<workgroup> inside: array<atomic<u32>, 64>;
 
-// A pixel's distance to the edge, and how much of it is covered.
-struct EdgePixel { field: f32, change: vec2f, pixels: f32, covered: f32, is_doubtful: bool }
+// How much of a pixel is covered, if its neighbours tell.
+struct EdgePixel { covered: f32, is_uneven: bool }
 
 fn edge_pixel(k: u32) -> EdgePixel {
     let field = fields[k];
@@ -61,23 +67,17 @@ fn edge_pixel(k: u32) -> EdgePixel {
     let right = fields[k + 1u];
     let above = fields[k - SIDE];
     let below = fields[k + SIDE];
-    let one_side = max(change_on_one_side(left, field, right), change_on_one_side(above, field, below));
-    let change_x = change_per_pixel(left, field, right, one_side);
-    let change_y = change_per_pixel(above, field, below, one_side);
-    let change = steepest_change(
-        vec2f(change_x, change_y),
-        field, fields[k - SIDE - 1u], fields[k - SIDE + 1u], fields[k + SIDE - 1u], fields[k + SIDE + 1u]
+    let upper_left = fields[k - SIDE - 1u];
+    let upper_right = fields[k - SIDE + 1u];
+    let lower_left = fields[k + SIDE - 1u];
+    let lower_right = fields[k + SIDE + 1u];
+    let along_axes = vec2f(change_per_pixel(left, field, right), change_per_pixel(above, field, below));
+    let change = steepest_change(along_axes, field, upper_left, upper_right, lower_left, lower_right);
+    let covered = coverage(pixels_to_edge(field, change), f32(frame.samples));
+    let is_uneven = is_uneven_edge(
+        field, left, right, above, below, upper_left, upper_right, lower_left, lower_right, change, covered
     );
-    let pixels = pixels_to_edge(field, change);
-    let covered = coverage(pixels, f32(frame.samples));
-    let beside = towards_edge(field, change.x, left, right);
-    let along = towards_edge(field, change.y, above, below);
-    let upper = towards_edge(field, change.x, fields[k - SIDE - 1u], fields[k - SIDE + 1u]);
-    let lower = towards_edge(field, change.x, fields[k + SIDE - 1u], fields[k + SIDE + 1u]);
-    let diagonal = towards_edge(field, change.y, upper, lower);
-    let lowest = min(min(beside, along), diagonal);
-    let highest = max(max(beside, along), diagonal);
-    return EdgePixel(field, change, pixels, covered, is_doubtful_edge(field, lowest, highest, covered) > 0.5);
+    return EdgePixel(covered, is_uneven > 0.5);
 }
 
 // Returns the column and the row of a value around the block: four sides, then four corners. Invocations of a side
@@ -99,33 +99,46 @@ fn main(
 ) {
     let item = block_item(line_index(id, groups));
     let in_block = vec2u(lane % BLOCK_SIDE, lane / BLOCK_SIDE);
-    let middle = vec2f(frame.tile.xy + item.pixel);
-    let first = vec2f(frame.tile.xy + item.pixel - in_block) - 1.0;
-    var edge = EdgePixel(0.0, vec2f(0.0), 0.0, 0.0, false);
-    // The first round fills the block, the second one what is around it, and the last one probes.
-    for (var round = 0u; round < 3u; round += 1u) {
+    let corner = vec2f(frame.tile.xy + item.pixel - in_block);
+    let own = (in_block.y + 1u) * SIDE + in_block.x + 1u;
+    atomicStore(&inside[lane], 0u);
+    if lane == 0u { atomicStore(&next_uneven, 0u); }
+    var edge = EdgePixel(0.0, false);
+    // The first round fills the block, the second one what is around it, and others count signs.
+    var rounds = 2u;
+    for (var round = 0u; round < rounds; round += 1u) {
         let value = select(in_block + 1u, border_value(lane), round == 1u);
-        let k = value.y * SIDE + value.x;
-        var position = first + vec2f(value);
+        var position = corner + vec2f(value) - 1.0;
         var is_needed = round == 0u || lane < 4u * (BLOCK_SIDE + 1u);
-        if round == 2u {
-            edge = edge_pixel(k);
-            position = middle + edge_probe(edge.pixels, edge.change);
-            is_needed = edge.is_doubtful;
+        let counted = (round - 2u) * PIXELS + lane;
+        let pixel = uneven[min(counted / COUNTS, PIXELS - 1u)];
+        if round >= 2u {
+            let offset = count_offset(f32(counted % COUNTS), f32(frame.samples));
+            position = corner + vec2f(vec2u(pixel % BLOCK_SIDE, pixel / BLOCK_SIDE)) + offset;
+            is_needed = counted < uneven_count * COUNTS;
         }
         if is_needed {
             let field = scene_distance(plane_point(position).p);
-            if round == 2u {
-                edge.covered = probed_coverage(edge.field, field, edge.covered);
-            } else {
-                fields[k] = field;
+            if round < 2u {
+                fields[value.y * SIDE + value.x] = field;
+            } else if field < 0.0 {
+                atomicAdd(&inside[pixel], 1u);
             }
         }
         workgroupBarrier();
+        if round == 1u {
+            edge = edge_pixel(own);
+            if edge.is_uneven { uneven[atomicAdd(&next_uneven, 1u)] = lane; }
+            workgroupBarrier();
+            if lane == 0u { uneven_count = atomicLoad(&next_uneven); }
+            rounds = 2u + (workgroupUniformLoad(&uneven_count) * COUNTS + PIXELS - 1u) / PIXELS;
+        }
     }
+    if edge.is_uneven { edge.covered = f32(atomicLoad(&inside[lane])) / f32(COUNTS); }
+    let field = fields[own];
     if !item.exists { return; }
-    let point = plane_point(middle);
-    store_ray(item.index, point.t, edge.field);
+    let point = plane_point(vec2f(frame.tile.xy + item.pixel));
+    store_ray(item.index, point.t, field);
 #if material_colors
 #if materials
     let surface = scene_surface(point.p, -frame.forward);
@@ -138,6 +151,6 @@ fn main(
 #else
     let color = vec3f(edge.covered);
 #end
-    add_color(item.index, edge.field, vec4f(color, edge.covered));
+    add_color(item.index, field, vec4f(color, edge.covered));
 }
 #end
