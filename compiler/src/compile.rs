@@ -95,6 +95,13 @@ impl Compiled {
         self.bounds_context.as_ref().map(|context| &context.scene)
     }
 
+    /// Returns the source scene and its root, if there was a text.
+    pub(crate) fn source(&self) -> Option<(&Scene, ShapeId)> {
+        self.bounds_context
+            .as_ref()
+            .map(|context| (&context.scene, context.root))
+    }
+
     /// Returns the scene's functions as WGSL: `scene_distance`, `scene_gradient` and, if the scene has
     /// more than one material, `scene_surface`.
     pub fn generated(&self) -> GeneratedSource {

@@ -4,6 +4,7 @@
 //! Exported text is self-contained: live parameters are constants with their current values.
 
 use crate::compile::Compiled;
+use crate::fidget_text::fidget_text;
 use crate::graph::{Graph, GraphChainStep, GraphNode, GraphNumber};
 use crate::wgsl;
 use naga::back::{glsl, hlsl, msl, spv};
@@ -75,6 +76,19 @@ pub fn translate(compiled: &Compiled, target: Target) -> Result<Vec<u8>, ExportE
         Target::Msl => to_msl(&text).map(String::into_bytes),
         Target::Spirv => to_spirv(&text),
     })
+}
+
+/// Returns the field as clauses of Fidget and libfive, the last of which is negative inside.
+///
+/// # Errors
+///
+/// Reports a scene that has no clauses: bytecode, noise, or too many operations.
+pub fn fidget_clauses(compiled: &Compiled) -> Result<String, ExportError> {
+    let (scene, root) = compiled.source().ok_or_else(|| {
+        ExportError::Unsupported("bytecode has no formulas; use the text".to_owned())
+    })?;
+    let time = compiled.module.settings.current_bounds.time;
+    fidget_text(scene, root, time).map_err(ExportError::Unsupported)
 }
 
 /// Returns the scene's functions as a self-contained WGSL module.

@@ -5,6 +5,7 @@
 //! that is shown follows from the values (`region.rs`).
 
 mod region;
+mod write;
 
 use crate::analysis::definedness::outside_where_undefined;
 use crate::analysis::param_ranges::ParamRanges;
@@ -15,6 +16,7 @@ use region::shown_region;
 use sdfc_lang::{Diagnostic, FileId, Sources, Span, codes};
 use sdfc_vm::table::Op;
 use std::collections::HashMap;
+pub(crate) use write::fidget_text;
 
 /// Maximum number of clauses of a file.
 const MAX_CLAUSES: usize = 200_000;
@@ -186,8 +188,12 @@ impl<'a> ClauseReader<'a> {
         };
         if operands.len() != arity {
             let message = format!(
-                "`{operation}` takes {arity} operands, and {} are given",
-                operands.len()
+                "`{operation}` takes {}, and {} given",
+                counted(arity, "operand"),
+                match operands.len() {
+                    1 => "1 is".to_owned(),
+                    count => format!("{count} are"),
+                }
             );
             return Err(clause_error(operation, message));
         }
@@ -226,6 +232,14 @@ impl<'a> ClauseReader<'a> {
     }
 }
 
+/// Returns a count with its noun.
+fn counted(count: usize, noun: &str) -> String {
+    match count {
+        1 => format!("1 {noun}"),
+        count => format!("{count} {noun}s"),
+    }
+}
+
 /// Returns 1 where the number is not zero, 0 elsewhere.
 fn is_not_zero(expressions: &mut Expressions, value: ExprId) -> ExprId {
     let zero = expressions.constant(0.0);
@@ -240,6 +254,8 @@ enum ClauseOp {
     Reciprocal,
     /// A power, of a negative base for integer exponents only.
     Power,
+    /// The nearest integer, halves away from zero.
+    Round,
     /// The signs −1, 0 and 1 of a difference.
     Compare,
     /// The least remainder that is not negative.
@@ -268,6 +284,16 @@ impl ClauseOp {
                     true => e.call_where_defined(Op::Div, &[one, product]),
                     false => product,
                 }
+            }
+            Self::Round => {
+                let zero = e.constant(0.0);
+                let half = e.constant(0.5);
+                let size = e.call(Op::Abs, &[values[0]]);
+                let raised = e.call(Op::Add, &[size, half]);
+                let rounded = e.call(Op::Floor, &[raised]);
+                let negated = e.call(Op::Neg, &[rounded]);
+                let is_negative = e.call(Op::Less, &[values[0], zero]);
+                e.call(Op::Select, &[is_negative, negated, rounded])
             }
             Self::Reciprocal => {
                 let one = e.constant(1.0);
@@ -301,7 +327,7 @@ impl ClauseOp {
     fn arity(self) -> usize {
         match self {
             ClauseOp::Row(op) => op.row().arity(),
-            ClauseOp::Reciprocal | ClauseOp::Not => 1,
+            ClauseOp::Reciprocal | ClauseOp::Round | ClauseOp::Not => 1,
             ClauseOp::Power
             | ClauseOp::Compare
             | ClauseOp::Remainder
@@ -345,7 +371,7 @@ const OPERATIONS: [(&str, ClauseOp); 30] = [
     ("mod", ClauseOp::Remainder),
     ("floor", ClauseOp::Row(Op::Floor)),
     ("ceil", ClauseOp::Row(Op::Ceil)),
-    ("round", ClauseOp::Row(Op::Round)),
+    ("round", ClauseOp::Round),
     ("compare", ClauseOp::Compare),
     ("and", ClauseOp::And),
     ("or", ClauseOp::Or),
@@ -464,6 +490,8 @@ mod tests {
             ("recip", 4.0, 0.25),
             ("round", 1.4, 1.0),
             ("round", -1.6, -2.0),
+            ("round", -2.5, -3.0),
+            ("round", 2.5, 3.0),
             ("ceil", -1.6, -1.0),
             ("floor", -1.6, -2.0),
         ] {

@@ -5,6 +5,7 @@
 //! for points that are given in `f32`. In the picture it is the error that marching assumes for rays
 //! ([`rounding_at`](sdfc_shaders::marching::rounding_at)).
 
+mod plane;
 mod search;
 
 pub use search::ErrorBound;
@@ -120,14 +121,13 @@ fn error_in_picture(
     facts: &FieldFacts,
 ) -> Option<ErrorBound> {
     let ray_fan = RayFan::new(settings, &prepare(settings, facts));
-    let region = flattened(
-        facts.bounds.intersection(&ray_fan.reachable_bounds()),
-        settings.is_2d,
-    );
+    if settings.is_2d {
+        return plane::error_at_edges(program, &ray_fan);
+    }
+    let region = facts.bounds.intersection(&ray_fan.reachable_bounds());
     let error_scale = |region_box: &[Interval; 3]| ray_fan.error_scale(region_box);
     let mut largest = SampledError::default();
-    let rays = if settings.is_2d { 0 } else { RAY_COUNT };
-    for ray in 0..rays {
+    for ray in 0..RAY_COUNT {
         let Some(end) = ray_fan.march(program, ray) else {
             continue;
         };

@@ -173,7 +173,7 @@ functions! {
     pixels_to_edge = views::pixels_to_edge(field, change);
     coverage = views::coverage(pixels, samples);
     is_uneven_edge = views::is_uneven_edge(
-        field, left, right, above, below, upper_left, upper_right, lower_left, lower_right, change, covered
+        field, left, right, above, below, upper_left, upper_right, lower_left, lower_right, change, pixels
     );
     count_offset = views::count_offset(index, samples);
     edge_between = views::edge_between(

@@ -71,12 +71,15 @@ pub fn distance_color<R: Real>(field: R, spacing: R, pixel_size: R) -> R::Vec3 {
     with_lines.mix(rgb::<R>(0.08, 0.09, 0.12), border)
 }
 
-/// Largest change of a field between two pixels; the squares of larger ones may overflow.
-const MAX_CHANGE: f64 = 1e15;
+/// Largest change of a field between two pixels; sums of larger ones may overflow.
+const MAX_CHANGE: f64 = 1e37;
 /// Difference of two successive changes of a field, in parts of a change, from which on the field is no plane.
 const MAX_BEND: f64 = 0.25;
 /// Distance to the edge of a flat field, in pixels.
 const NO_EDGE: f64 = 1e9;
+/// Distance in pixels within which an edge is expected between a pixel and its neighbours. A part thinner than a pixel
+/// may be nearer than it seems: where creases meet, the change of a field per pixel is less than its slope.
+const NEAR_EDGE: f64 = 1.0;
 /// Number of points along a side of a sample's square at which signs are counted.
 const COUNTS_PER_SIDE: u32 = 4;
 /// Number of points of a sample's square at which signs are counted.
@@ -173,8 +176,7 @@ fn bend<R: Real>(before: R, field: R, after: R) -> R {
 /// Returns 1 where the values of a pixel and of its neighbours do not tell how much of it is covered, else 0.
 ///
 /// Either the sign changes and the field is no plane, as at corners, at jumps and where parts of different slopes
-/// meet. Or the pixel is partly covered and no sign changes: the part is thinner than a pixel, or the field only
-/// touches zero.
+/// meet. Or the edge seems near and no sign changes: the part is thinner than a pixel, or the field only touches zero.
 #[inline(always)]
 #[expect(clippy::too_many_arguments, reason = "the neighbours of a pixel")]
 pub fn is_uneven_edge<R: Real>(
@@ -188,7 +190,7 @@ pub fn is_uneven_edge<R: Real>(
     lower_left: R,
     lower_right: R,
     change: R::Vec2,
-    covered: R,
+    pixels: R,
 ) -> R {
     let zero = lit::<R>(0.0);
     let lowest_beside = left.min(right).min(above.min(below));
@@ -209,8 +211,8 @@ pub fn is_uneven_edge<R: Real>(
     let largest_change = change.x().abs().max(change.y().abs());
     let bends = (largest_change * lit(MAX_BEND)).less(largest_bend);
 
-    let is_partial = R::and(zero.less(covered), covered.less(lit(1.0)));
-    let is_uneven = R::or(R::and(changes, bends), R::and(R::not(changes), is_partial));
+    let is_near = pixels.abs().less(lit(NEAR_EDGE));
+    let is_uneven = R::or(R::and(changes, bends), R::and(R::not(changes), is_near));
     R::select(is_uneven, lit(1.0), zero)
 }
 

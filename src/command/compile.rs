@@ -7,7 +7,7 @@ use crate::terminal::Terminal;
 use clap::ValueEnum;
 use sdfc_compiler::compile::Compiled;
 use sdfc_compiler::dump::dump;
-use sdfc_compiler::export::{Target, translate};
+use sdfc_compiler::export::{Target, fidget_clauses, translate};
 use sdfc_compiler::open::{OpenResult, SceneFile};
 use sdfc_compiler::scene::Scene;
 use sdfc_lang::{Diagnostics, Sources};
@@ -64,6 +64,8 @@ enum EmitStage {
     Spirv,
     /// A page for Shadertoy.
     Shadertoy,
+    /// The field as clauses of Fidget and libfive, which sdfc reads as well.
+    Vm,
 }
 
 impl EmitStage {
@@ -92,7 +94,11 @@ fn emit(arguments: &Arguments, terminal: &Terminal) -> Result<Vec<u8>, Failure> 
             let scene = scene::report_and_unwrap(elaborate(path, build)?, terminal)?;
             return Ok(dump(&scene).into_bytes());
         }
-        EmitStage::Graph | EmitStage::Optimized | EmitStage::Asm | EmitStage::Bytecode => None,
+        EmitStage::Graph
+        | EmitStage::Optimized
+        | EmitStage::Asm
+        | EmitStage::Bytecode
+        | EmitStage::Vm => None,
         EmitStage::Wgsl => Some(Target::Wgsl),
         EmitStage::Glsl => Some(Target::Glsl),
         EmitStage::Hlsl => Some(Target::Hlsl),
@@ -106,14 +112,15 @@ fn emit(arguments: &Arguments, terminal: &Terminal) -> Result<Vec<u8>, Failure> 
     if arguments.stats {
         terminal.write(&stats(compiled));
     }
+    let failed = |error| Failure::Input(format!("{}: {error}", path.display()));
     if let Some(target) = target {
-        let failed = |error| Failure::Input(format!("{}: {error}", path.display()));
         return translate(compiled, target).map_err(failed);
     }
     Ok(match stage {
         EmitStage::Graph => compiled.graph.dump().into_bytes(),
         EmitStage::Bytecode => file::encode_file(&compiled.module),
         EmitStage::Asm => assembly(&opened).into_bytes(),
+        EmitStage::Vm => fidget_clauses(compiled).map_err(failed)?.into_bytes(),
         _ => compiled.optimized.dump().into_bytes(),
     })
 }

@@ -40,6 +40,12 @@ fn figures() -> Vec<Figure> {
         figure("field(fn(p: vec2) => 0.001 * (length(p) - 1))", disc),
         figure("field(fn(p: vec2) => dot(p, p) - 1)", disc),
         figure("field(fn(p: vec2) => 1e-12 * (dot(p, p) - 1))", disc),
+        // Values near the largest of `f32`.
+        figure("field(fn(p: vec2) => 1e25 * (length(p) - 1))", disc),
+        figure(
+            "field(fn(p: vec2) => pow(dot(p, p), 4) * 1e18 - 1e18)",
+            disc,
+        ),
         // A cut that ends flush leaves no line.
         figure(
             "field(fn(p: vec2) => max(abs(p.x) - 1, abs(p.y) - 1)) - field(fn(p: vec2) => max(abs(p.x) - 1, abs(p.y - 0.513) - 0.5))",

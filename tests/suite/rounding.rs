@@ -145,6 +145,38 @@ fn no_surface_is_off_by_more_than_is_reported() {
     );
 }
 
+/// Plots are true or far from the origin: a pixel by which rounding moves an edge is one that `f32` draws wrong.
+#[test]
+fn edges_of_plots_are_reported_as_far_as_they_move() {
+    for (text, moves) in [
+        (
+            "field(fn(p: vec2) => sin(3 * atan2(p.y, p.x)) - length(p))",
+            false,
+        ),
+        ("field(fn(p: vec2) => p.y - ln(p.x))", false),
+        ("field(fn(p: vec2) => exp(20 * p.x) - exp(20 * p.y))", false),
+        ("field(fn(p: vec2) => p.x * p.y)", false),
+        // A steep and a flat part that meet.
+        (
+            "field(fn(p: vec2) => 1e8 * (length(p) - 1)) | field(fn(p: vec2) => 1e-8 * (p.y - 0.3))",
+            false,
+        ),
+        ("circle(1).translate(1e7, 0)", true),
+        ("field(fn(p: vec2) => p.x + 1e8 - 1e8)", true),
+    ] {
+        let x = if text.contains("1e7") { "1e7" } else { "0" };
+        let text =
+            format!("camera {{ from: [{x}, 0, 5], look: [{x}, 0, 0], height: 4 }}\n{text}\n");
+        let mut compiled = compiled_text(&text, PassOptions::default());
+        let visible = report(&mut compiled).visible;
+        let pixels = visible.map(|error| error.largest_found);
+        assert!(
+            pixels.is_some_and(|pixels| (pixels > 1.0) == moves),
+            "{text}: {pixels:?}"
+        );
+    }
+}
+
 /// Blend weights sum to one, so the errors of the operands are averaged and do not accumulate.
 #[test]
 fn chains_of_blends_are_off_by_little() {

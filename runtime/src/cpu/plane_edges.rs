@@ -96,7 +96,6 @@ impl PlaneValues<'_> {
             lower_right,
         );
         let pixels = views::pixels_to_edge::<f32>(field, change);
-        let covered = views::coverage(pixels, samples);
         let is_uneven = views::is_uneven_edge(
             field,
             left,
@@ -108,9 +107,9 @@ impl PlaneValues<'_> {
             lower_left,
             lower_right,
             change,
-            covered,
+            pixels,
         );
-        (is_uneven < 0.5).then_some(covered)
+        (is_uneven < 0.5).then(|| views::coverage(pixels, samples))
     }
 
     /// Reports whether a pixel and its neighbours have values of one sign, and the edge is far.

@@ -46,7 +46,7 @@ impl ErrorBound {
 pub(super) struct SampledError {
     pub(super) error: f64,
     /// Set if the error is unbounded.
-    is_beyond: bool,
+    pub(super) is_beyond: bool,
 }
 
 impl SampledError {
@@ -55,6 +55,14 @@ impl SampledError {
         Self {
             error: self.error.max(other.error),
             is_beyond: self.is_beyond || other.is_beyond,
+        }
+    }
+
+    /// Returns the error, limited to what was measured.
+    pub(super) fn at_most(self, measured: f64) -> Self {
+        Self {
+            error: self.error.min(measured),
+            ..self
         }
     }
 

@@ -73,11 +73,11 @@ fn edge_pixel(k: u32) -> EdgePixel {
     let lower_right = fields[k + SIDE + 1u];
     let along_axes = vec2f(change_per_pixel(left, field, right), change_per_pixel(above, field, below));
     let change = steepest_change(along_axes, field, upper_left, upper_right, lower_left, lower_right);
-    let covered = coverage(pixels_to_edge(field, change), f32(frame.samples));
+    let pixels = pixels_to_edge(field, change);
     let is_uneven = is_uneven_edge(
-        field, left, right, above, below, upper_left, upper_right, lower_left, lower_right, change, covered
+        field, left, right, above, below, upper_left, upper_right, lower_left, lower_right, change, pixels
     );
-    return EdgePixel(covered, is_uneven > 0.5);
+    return EdgePixel(coverage(pixels, f32(frame.samples)), is_uneven > 0.5);
 }
 
 // Returns the column and the row of a value around the block: four sides, then four corners. Invocations of a side
