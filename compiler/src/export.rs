@@ -4,7 +4,7 @@
 //! Exported text is self-contained: live parameters are constants with their current values.
 
 use crate::compile::Compiled;
-use crate::fidget_text::fidget_text;
+use crate::fidget_text::write::fidget_text;
 use crate::graph::{Graph, GraphChainStep, GraphNode, GraphNumber};
 use crate::wgsl;
 use naga::back::{glsl, hlsl, msl, spv};

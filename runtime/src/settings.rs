@@ -9,6 +9,7 @@
 mod camera_changes;
 mod camera_placement;
 mod framing;
+mod plane_scale;
 
 use crate::render::{
     CellMode, FieldFacts, LightEmitter, Lighting, Mode, Normals, Occlusion, RenderSettings,
@@ -322,7 +323,7 @@ fn view(
             ResolvedLens::Orthographic(height) if !pose.is_framed && !changes.is_fitted => {
                 View::plane([pose.look[0], pose.look[1]], height)
             }
-            _ => plane_view(target, aspect),
+            _ => plane_view(&target.with_edges(&module.distance), aspect),
         };
         let [x, y, _] = changes.look.unwrap_or(own.look);
         return Ok(match changes.checked_lens()?.unwrap_or(own.lens) {

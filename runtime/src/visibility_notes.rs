@@ -2,7 +2,7 @@
 //! solid, or a light too faint.
 
 use crate::render::{
-    LightEmitter, Mode, RenderSettings, ResolvedLens, ResolvedLight, ResolvedShadow, Stats,
+    Image, LightEmitter, Mode, RenderSettings, ResolvedLens, ResolvedLight, ResolvedShadow,
 };
 use crate::settings::finite_bounds;
 use glam::DVec3;
@@ -19,7 +19,8 @@ const SAMPLE_POINTS: u32 = 8192;
 const MIN_VISIBLE_LIGHT: f64 = 1.5e-4;
 
 /// Returns notes on what a rendered picture does not show, and why; none for most pictures.
-pub fn notes(module: &Module, settings: &RenderSettings, stats: &Stats) -> Vec<String> {
+pub fn notes(module: &Module, settings: &RenderSettings, image: &Image) -> Vec<String> {
+    let stats = &image.stats;
     if settings.mode == Mode::Distance {
         return Vec::new();
     }
@@ -43,7 +44,18 @@ pub fn notes(module: &Module, settings: &RenderSettings, stats: &Stats) -> Vec<S
         ));
     }
     let drawn_pixels = stats.hits + stats.inside + stats.step_caps + stats.nans;
-    if drawn_pixels == 0 && !is_inside && stats.misses > 0 {
+    // Lines thinner than a pixel are seen, though the middle of no pixel lies in them.
+    let covers_nothing = drawn_pixels == 0 && image.color.iter().all(|color| color[3] == 0.0);
+    if settings.is_2d && image.color.iter().all(|color| color[3] == 1.0) {
+        notes.push(format!(
+            "all of the picture is inside of the shape, and no edge is in view: it shows {} by {} around {}. Another \
+             `height` of the camera or `--ortho HEIGHT` shows more, or less",
+            format_number(height_of(settings) * f64::from(settings.size[0]) / f64::from(settings.size[1])),
+            format_number(height_of(settings)),
+            format_point(settings.view.look)
+        ));
+    }
+    if covers_nothing && !is_inside && stats.misses > 0 {
         notes.push(format!(
             "nothing is seen: {}",
             nothing_visible_reason(module, settings)
@@ -54,6 +66,14 @@ pub fn notes(module: &Module, settings: &RenderSettings, stats: &Stats) -> Vec<S
         notes.extend(lights.filter_map(|light| dark_light_note(module, settings, light)));
     }
     notes
+}
+
+/// Returns the height of an orthographic view.
+fn height_of(settings: &RenderSettings) -> f64 {
+    match settings.view.lens {
+        ResolvedLens::Orthographic(height) => height,
+        ResolvedLens::Perspective(_) => f64::NAN,
+    }
 }
 
 /// Explains why a light has no visible effect, if it has none.

@@ -78,7 +78,7 @@ const MAX_BEND: f64 = 0.25;
 /// Distance to the edge of a flat field, in pixels.
 const NO_EDGE: f64 = 1e9;
 /// Distance in pixels within which an edge is expected between a pixel and its neighbours. A part thinner than a pixel
-/// may be nearer than it seems: where creases meet, the change of a field per pixel is less than its slope.
+/// may be nearer than it seems. Where creases meet, a field changes less per pixel than its slope.
 const NEAR_EDGE: f64 = 1.0;
 /// Number of points along a side of a sample's square at which signs are counted.
 const COUNTS_PER_SIDE: u32 = 4;

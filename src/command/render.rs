@@ -188,7 +188,7 @@ pub(super) fn draw(
     let lod_summary = lod.summary(&scene);
     terminal.write(&summary(to, &image, engine, duration, &lod_summary));
     let rounding = rounding::warning_in(&scene, &settings);
-    let notes = visibility_notes::notes(scene.module(), &settings, &image.stats);
+    let notes = visibility_notes::notes(scene.module(), &settings, &image);
     for warning in render_warnings(&image, settings.steps)
         .into_iter()
         .chain(notes)

@@ -2,6 +2,7 @@
 
 mod agreement;
 mod cells;
+mod clauses;
 mod cli;
 mod contacts;
 mod conventions;

@@ -6,6 +6,7 @@
 
 use super::constness::Demand;
 use super::diagnose::unknown_name;
+use super::modules::ImportTarget;
 use super::value::{Abort, Closure, Env, EvalResult, Quantity, Range, ScalarValue, Value, Vector};
 use super::{Elaborator, vocabulary};
 use crate::expression::Stage;
@@ -195,10 +196,10 @@ impl<'a> Elaborator<'a> {
         match path.segments.as_slice() {
             [only] => self.lookup_name(env, &only.name),
             [library, name] => {
-                let module = self.modules.get(env.module)?.import(&library.name)?;
-                let Some(module) = module else {
-                    // The file could not be read, which has been reported.
-                    return Some(Value::Poison);
+                let module = match self.modules.get(env.module)?.import(&library.name)? {
+                    ImportTarget::Module(module) => module,
+                    ImportTarget::FidgetText(_) => return None,
+                    ImportTarget::Unreadable => return Some(Value::Poison),
                 };
                 if name.name.starts_with('_') {
                     return None;
@@ -265,8 +266,14 @@ impl<'a> Elaborator<'a> {
                     let message = format!("`{}` is private to its file", name.name);
                     Diagnostic::error(codes::E0209, name.span, message)
                 }
-                Some(None) => return,
-                Some(Some(module)) => {
+                Some(ImportTarget::Unreadable) => return,
+                Some(ImportTarget::FidgetText(_)) => {
+                    let message = format!("`{}` is a shape, and has no names", library.name);
+                    let diagnostic = Diagnostic::error(codes::E0201, name.span, message);
+                    diagnostic
+                        .help("a `.vm` file has one shape, which the import's name stands for")
+                }
+                Some(ImportTarget::Module(module)) => {
                     let names = self.globals[module].names().filter(|n| !n.starts_with('_'));
                     let what = format!("{what} in `{}`:", library.name);
                     unknown_name(codes::E0201, &what, &name.name, name.span, names)

@@ -1,6 +1,7 @@
 //! Evaluation of the items of each file.
 
 use super::Elaborator;
+use super::modules::ImportTarget;
 use super::scope::Scope;
 use super::value::{Abort, Closure, Env, Value};
 use sdfc_lang::ast::{ExprKind, Item, ItemKind};
@@ -154,7 +155,15 @@ impl<'a> Elaborator<'a> {
                 self.eval(env, expr)?;
                 Ok(None)
             }
-            ItemKind::Fn(_) | ItemKind::Import(_) => Ok(None),
+            ItemKind::Import(import) => {
+                let ImportTarget::FidgetText(file) = self.modules[env.module].target(import) else {
+                    return Ok(None);
+                };
+                let shape = self.fidget_shape(file, import.alias.span);
+                self.name_shape(&shape, &import.alias.name);
+                Ok(Some((&import.alias.name, shape)))
+            }
+            ItemKind::Fn(_) => Ok(None),
         }
     }
 

@@ -34,27 +34,44 @@ impl Loader for NoFiles {
     }
 }
 
+/// Target of an import.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum ImportTarget {
+    /// A file that could not be read, which has been reported.
+    Unreadable,
+    /// A file of the language, by the index of its module.
+    Module(usize),
+    /// A `.vm` file, which is a shape.
+    FidgetText(FileId),
+}
+
 /// A file with its resolved imports.
 #[derive(Debug)]
 pub(crate) struct ImportedModule {
     /// Syntax tree of the file.
     pub(crate) file: ast::File,
-    /// Imports: alias, span of the alias, and index of the module if it could be read.
-    imports: Vec<(String, Span, Option<usize>)>,
+    /// Imports: alias, span of the alias, and what was found.
+    imports: Vec<(String, Span, ImportTarget)>,
     /// Names that the items define.
     defined: Vec<String>,
 }
 
 impl ImportedModule {
-    /// Returns the module of an alias: `None` if there is no such import, `Some(None)` if its file could not be
-    /// read.
-    pub(crate) fn import(&self, alias: &str) -> Option<Option<usize>> {
+    /// Returns what an alias refers to; `None` if there is no such import.
+    pub(crate) fn import(&self, alias: &str) -> Option<ImportTarget> {
         // Of equal aliases, the latest takes effect.
         self.imports
             .iter()
             .rev()
             .find(|(name, ..)| name == alias)
-            .map(|(.., module)| *module)
+            .map(|(.., target)| *target)
+    }
+    /// Returns what an import of this file refers to.
+    pub(crate) fn target(&self, import: &ast::Import) -> ImportTarget {
+        self.imports
+            .iter()
+            .find(|(_, span, _)| *span == import.alias.span)
+            .map_or(ImportTarget::Unreadable, |(.., target)| *target)
     }
     /// Returns the aliases of the imports, in the order of the text.
     pub(crate) fn import_names(&self) -> impl Iterator<Item = &str> {
@@ -106,8 +123,8 @@ struct ModuleLoader<'l> {
     loader: &'l dyn Loader,
     diagnostics: &'l mut Vec<Diagnostic>,
     modules: Vec<ImportedModule>,
-    /// Modules by path; `None` for files that could not be read.
-    loaded: HashMap<String, Option<usize>>,
+    /// Imported files by path.
+    loaded: HashMap<String, ImportTarget>,
     /// Paths of the files that are being loaded, outermost first.
     loading_paths: Vec<String>,
     files: usize,
@@ -128,8 +145,11 @@ impl ModuleLoader<'_> {
         for item in &file.items {
             match &item.kind {
                 ItemKind::Import(import) => {
-                    let module = self.import(path, import);
-                    imports.push((import.alias.name.clone(), import.alias.span, module));
+                    let target = self.import(path, import);
+                    if matches!(target, ImportTarget::FidgetText(_)) {
+                        defined.push(import.alias.name.clone());
+                    }
+                    imports.push((import.alias.name.clone(), import.alias.span, target));
                 }
                 ItemKind::Param(param) => defined.push(param.name.name.clone()),
                 ItemKind::Let(binding) => defined.push(binding.name.name.clone()),
@@ -149,12 +169,12 @@ impl ModuleLoader<'_> {
         Some(self.modules.len() - 1)
     }
 
-    fn import(&mut self, from: &str, import: &ast::Import) -> Option<usize> {
+    fn import(&mut self, from: &str, import: &ast::Import) -> ImportTarget {
         let path = match self.resolve(from, import) {
             Ok(path) => path,
             Err(diagnostic) => {
                 self.diagnostics.push(*diagnostic);
-                return None;
+                return ImportTarget::Unreadable;
             }
         };
         if self.loading_paths.contains(&path) || path == self.scene_file_name() {
@@ -167,32 +187,37 @@ impl ModuleLoader<'_> {
                 Diagnostic::error(codes::E0211, import.path_span, message)
                     .note(format!("the circle is {}", cycle.join(" → "))),
             );
-            return None;
+            return ImportTarget::Unreadable;
         }
-        if let Some(module) = self.loaded.get(&path) {
-            return *module;
+        if let Some(target) = self.loaded.get(&path) {
+            return *target;
         }
-        self.loaded.insert(path.clone(), None);
+        self.loaded.insert(path.clone(), ImportTarget::Unreadable);
         if self.files == MAX_FILES {
             let message = format!("a scene is made of at most {MAX_FILES} files");
             self.diagnostics
                 .push(Diagnostic::error(codes::E0210, import.path_span, message));
-            return None;
+            return ImportTarget::Unreadable;
         }
         let text = match self.load_text(&path, import) {
             Ok(text) => text,
             Err(diagnostic) => {
                 self.diagnostics.push(*diagnostic);
-                return None;
+                return ImportTarget::Unreadable;
             }
         };
         self.files += 1;
         let id = self.sources.add(self.display_name(&path), text);
-        self.loading_paths.push(path.clone());
-        let module = self.module(id, &path);
-        self.loading_paths.pop();
-        self.loaded.insert(path, module);
-        module
+        let target = if is_fidget_text(&path) {
+            ImportTarget::FidgetText(id)
+        } else {
+            self.loading_paths.push(path.clone());
+            let module = self.module(id, &path);
+            self.loading_paths.pop();
+            module.map_or(ImportTarget::Unreadable, ImportTarget::Module)
+        };
+        self.loaded.insert(path, target);
+        target
     }
 
     /// Returns the scene's own path, as imports within its folder would write it.
@@ -263,11 +288,16 @@ impl ModuleLoader<'_> {
         self.loader.load(path).map_err(|error| {
             let message = format!("`{}` cannot be read: {error}", import.path);
             let mut diagnostic = Diagnostic::error(codes::E0210, import.path_span, message);
-            if !path.ends_with(".sdf") {
+            if !path.ends_with(".sdf") && !is_fidget_text(path) {
                 let text = format!("\"{}.sdf\"", import.path);
                 diagnostic = diagnostic.fix(import.path_span, text, "a scene file ends in `.sdf`");
             }
             Box::new(diagnostic)
         })
     }
+}
+
+/// Reports whether a path is that of a `.vm` file.
+fn is_fidget_text(path: &str) -> bool {
+    path.ends_with(".vm")
 }

@@ -4,10 +4,10 @@
 use super::arguments::{WORD_ARGUMENTS, word};
 use super::blocks::WORD_FIELDS;
 use super::diagnose::{Reports, remainder_edits, unknown_name};
-use super::modules::ImportedModule;
+use super::modules::{ImportTarget, ImportedModule};
 use super::vocabulary;
 use sdfc_lang::ast::{
-    Arg, Args, Body, Call, Expr, ExprKind, File, FnParam, ItemKind, Path, StatementKind,
+    Arg, Args, Body, Call, Expr, ExprKind, File, FnParam, Import, ItemKind, Path, StatementKind,
 };
 use sdfc_lang::{Diagnostic, Span, codes};
 use std::collections::HashMap;
@@ -92,10 +92,7 @@ impl<'a> NameChecker<'a, '_> {
                     // A part is an output, and therefore used.
                     self.define(&part.name.name, part.name.span, "", self.visible_items);
                 }
-                ItemKind::Import(import) => {
-                    let alias = import.alias.name.as_str();
-                    self.aliases.insert(alias, (import.alias.span, false));
-                }
+                ItemKind::Import(import) => self.import(import),
                 ItemKind::Block(block) => {
                     let kind = block.kind.name.as_str();
                     for field in &block.fields {
@@ -145,6 +142,16 @@ impl<'a> NameChecker<'a, '_> {
                     is_used: false,
                 };
                 self.warn_unused(&defined);
+            }
+        }
+    }
+
+    fn import(&mut self, import: &'a Import) {
+        let (alias, span) = (import.alias.name.as_str(), import.alias.span);
+        match self.module.target(import) {
+            ImportTarget::FidgetText(_) => self.define(alias, span, "import", self.visible_items),
+            ImportTarget::Module(_) | ImportTarget::Unreadable => {
+                self.aliases.insert(alias, (span, false));
             }
         }
     }

@@ -3,7 +3,7 @@
 //! Operations that the text does not have are expanded to those of their bodies. Live parameters are constants with
 //! their current values. Materials, lights and cameras have no place in the text.
 
-use super::MAX_CLAUSES;
+use super::clauses::MAX_CLAUSES;
 use crate::analysis::bounds::UniformValues;
 use crate::formula::{Formula, FormulaNumber};
 use crate::scene::{Scene, ShapeId};
@@ -39,7 +39,7 @@ pub(crate) fn fidget_text(scene: &Scene, root: ShapeId, time: f64) -> Result<Str
         ..ClauseWriter::default()
     };
     WRITER.replace(writer);
-    let [x, y, z] = [0, 1, 2].map(|axis| add(Clause::Coordinate(axis)));
+    let [x, y, z] = [0, 1, 2].map(|axis| add(WrittenClause::Coordinate(axis)));
     let result = formula.shape::<ClauseNumber>(&scene.shapes, root, V3::new(x, y, z));
     let writer = WRITER.take();
     let result = result?;
@@ -55,14 +55,14 @@ thread_local! {
 
 /// Line of the text: a number, or an operation on earlier lines.
 #[derive(Clone, Copy, Debug)]
-enum Clause {
+enum WrittenClause {
     Constant(f64),
     Coordinate(u8),
     Unary(&'static str, ClauseNumber),
     Binary(&'static str, ClauseNumber, ClauseNumber),
 }
 
-impl Clause {
+impl WrittenClause {
     fn operands(&self) -> [Option<ClauseNumber>; 2] {
         match *self {
             Self::Constant(_) | Self::Coordinate(_) => [None; 2],
@@ -85,7 +85,7 @@ impl Clause {
 /// Clauses in order, each once.
 #[derive(Default)]
 struct ClauseWriter {
-    clauses: Vec<Clause>,
+    clauses: Vec<WrittenClause>,
     numbers: HashMap<(&'static str, u64, u64), ClauseNumber>,
     /// Values of the numbers that are the same at all points.
     uniforms: HashMap<usize, f64>,
@@ -95,28 +95,28 @@ struct ClauseWriter {
 impl ClauseWriter {
     fn constant(&self, number: ClauseNumber) -> Option<f64> {
         match self.clauses[number.0 as usize] {
-            Clause::Constant(value) => Some(value),
+            WrittenClause::Constant(value) => Some(value),
             _ => None,
         }
     }
 
     /// Returns the number of a clause: an equal one, an operand that it leaves as it is, or a new one.
-    fn add(&mut self, clause: Clause) -> ClauseNumber {
+    fn add(&mut self, clause: WrittenClause) -> ClauseNumber {
         let clause = match clause {
-            Clause::Unary(name, a) => match self.constant(a) {
-                Some(a) => Clause::Constant(unary_value(name, a)),
+            WrittenClause::Unary(name, a) => match self.constant(a) {
+                Some(a) => WrittenClause::Constant(unary_value(name, a)),
                 None => clause,
             },
-            Clause::Binary(name, a, b) => match (name, self.constant(a), self.constant(b)) {
-                (_, Some(a), Some(b)) => Clause::Constant(binary_value(name, a, b)),
+            WrittenClause::Binary(name, a, b) => match (name, self.constant(a), self.constant(b)) {
+                (_, Some(a), Some(b)) => WrittenClause::Constant(binary_value(name, a, b)),
                 ("add", Some(0.0), _) | ("mul", Some(1.0), _) | ("mul", _, Some(0.0)) => return b,
                 ("add" | "sub", _, Some(0.0)) | ("mul" | "div", _, Some(1.0)) => return a,
                 ("mul", Some(0.0), _) => return a,
-                ("sub", Some(0.0), _) => Clause::Unary("neg", b),
-                ("mul", ..) if a == b => Clause::Unary("square", a),
+                ("sub", Some(0.0), _) => WrittenClause::Unary("neg", b),
+                ("mul", ..) if a == b => WrittenClause::Unary("square", a),
                 _ => clause,
             },
-            Clause::Constant(_) | Clause::Coordinate(_) => clause,
+            WrittenClause::Constant(_) | WrittenClause::Coordinate(_) => clause,
         };
         let next = ClauseNumber(self.clauses.len() as u32);
         let number = *self.numbers.entry(clause.key()).or_insert(next);
@@ -143,7 +143,7 @@ impl ClauseWriter {
                 "it takes {count} clauses, and at most {MAX_CLAUSES} are read"
             ));
         }
-        let has_value = |clause: &Clause| !matches!(clause, Clause::Constant(v) if !v.is_finite());
+        let has_value = |clause: &WrittenClause| !matches!(clause, WrittenClause::Constant(v) if !v.is_finite());
         let mut needed = self
             .clauses
             .iter()
@@ -159,14 +159,14 @@ impl ClauseWriter {
             names[index] = name;
             let operand = |number: ClauseNumber| names[number.0 as usize];
             let _ = match self.clauses[index] {
-                Clause::Constant(value) => writeln!(text, "_{name} const {value:?}"),
-                Clause::Coordinate(axis) => {
+                WrittenClause::Constant(value) => writeln!(text, "_{name} const {value:?}"),
+                WrittenClause::Coordinate(axis) => {
                     writeln!(text, "_{name} var-{}", ["x", "y", "z"][usize::from(axis)])
                 }
-                Clause::Unary(operation, a) => {
+                WrittenClause::Unary(operation, a) => {
                     writeln!(text, "_{name} {operation} _{}", operand(a))
                 }
-                Clause::Binary(operation, a, b) => {
+                WrittenClause::Binary(operation, a, b) => {
                     writeln!(text, "_{name} {operation} _{} _{}", operand(a), operand(b))
                 }
             };
@@ -213,7 +213,7 @@ fn binary_value(operation: &str, a: f64, b: f64) -> f64 {
     }
 }
 
-fn add(clause: Clause) -> ClauseNumber {
+fn add(clause: WrittenClause) -> ClauseNumber {
     WRITER.with_borrow_mut(|writer| writer.add(clause))
 }
 
@@ -223,10 +223,10 @@ struct ClauseNumber(u32);
 
 impl ClauseNumber {
     fn unary(self, operation: &'static str) -> Self {
-        add(Clause::Unary(operation, self))
+        add(WrittenClause::Unary(operation, self))
     }
     fn binary(self, operation: &'static str, other: Self) -> Self {
-        add(Clause::Binary(operation, self, other))
+        add(WrittenClause::Binary(operation, self, other))
     }
     /// Reports random numbers, which have no clauses.
     fn random() -> Self {
@@ -262,7 +262,7 @@ impl Real for ClauseNumber {
 
     fn constant(value: f64) -> Self {
         let limit = f64::from(f32::MAX);
-        add(Clause::Constant(value.clamp(-limit, limit)))
+        add(WrittenClause::Constant(value.clamp(-limit, limit)))
     }
     fn abs(self) -> Self {
         self.unary("abs")

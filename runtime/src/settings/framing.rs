@@ -5,10 +5,12 @@
 //! the finite part and lies around its finite sides. A sphere on an infinite ground is framed like the sphere
 //! alone.
 
+use super::plane_scale::square_with_edges;
 use crate::render::{ResolvedLens, View};
 use glam::DVec3;
 use sdfc_vm::bounds::Bounds;
 use sdfc_vm::outline::Outline;
+use sdfc_vm::program::Program;
 
 /// The box that an image shows.
 pub(super) struct FramingTarget {
@@ -87,6 +89,17 @@ impl FramingTarget {
         Self {
             size: size.unwrap_or(self.size),
             ..self
+        }
+    }
+
+    /// Returns the target with a shown box in which a 2-D shape has edges, if its bounds have no size.
+    pub(super) fn with_edges(&self, field: &Program) -> Self {
+        let square = self
+            .is_guessed
+            .then(|| square_with_edges(field, &self.shown));
+        Self {
+            shown: square.flatten().unwrap_or(self.shown),
+            ..*self
         }
     }
 

@@ -56,6 +56,26 @@ const SCENES: &[(&str, &str, &str)] = &[
         "nothing is seen: the field is nowhere below zero",
     ),
     (
+        "a plane figure without an edge",
+        "field(fn(p: vec2) => -1 - p.x * p.x)",
+        "all of the picture is inside of the shape",
+    ),
+    (
+        "a line thinner than a pixel",
+        "camera { from: [0, 0, 5], look: [0, 0, 0], height: 0.1 }\nrect(0.00003, 3)",
+        "",
+    ),
+    (
+        "an endless plot whose edges are far",
+        "field(fn(p: vec2) => p.x * p.y - 1e8)",
+        "",
+    ),
+    (
+        "an endless plot whose edges are near",
+        "field(fn(p: vec2) => p.y - 1e10 * p.x * p.x - 1e-10)",
+        "",
+    ),
+    (
         "a lamp above a floor in millimetres",
         "scene { units: mm, up: z }\n\
          camera { from: [3000, -4000, 2000], look: [0, 0, 0], fov: 40deg }\n\

@@ -13,8 +13,9 @@ use crate::elaborate::numbers::{Form, components};
 use crate::elaborate::shapes::shape_value;
 use crate::elaborate::value::{Abort, EvalResult, Quantity, ScalarValue, Value, Vector};
 use crate::expression::{ExprId, Stage};
+use crate::fidget_text::clauses::read_clauses;
 use crate::scene::{NO_SURFACE_DISTANCE, ShapeKind};
-use sdfc_lang::{Diagnostic, Span, codes};
+use sdfc_lang::{Diagnostic, FileId, Span, codes};
 use sdfc_vm::bounds::Bounds;
 use sdfc_vm::interval::Interval;
 use sdfc_vm::table::Op;
@@ -84,6 +85,24 @@ impl<'a> Elaborator<'a> {
         let intersection =
             self.combine(Op::Intersection, Vec::new(), vec![field, limit], bound.span);
         shape_value(intersection)
+    }
+
+    /// Returns the solid of a `.vm` file. `span` is that of its name.
+    pub(crate) fn fidget_shape(&mut self, file: FileId, span: Span) -> Value<'a> {
+        let field = match read_clauses(self.sources, file, &mut self.expressions) {
+            Ok(field) => field,
+            Err(errors) => {
+                errors.into_iter().for_each(|error| self.report(error));
+                return Value::Poison;
+            }
+        };
+        let value = self.outside_where_undefined(field.value);
+        let kind = ShapeKind::Field {
+            value,
+            slope: None,
+            region: self.field_extent(value),
+        };
+        Value::Shape(self.add(kind, field.is_2d, span))
     }
 
     /// Returns a box outside which a written field is proved positive. For a field that depends on live parameters
