@@ -193,6 +193,8 @@ struct Elaborator<'a> {
     materials: Vec<Material>,
     material_ids: HashMap<MaterialKey, MaterialId>,
     cameras: Vec<SceneCamera>,
+    /// Indices of the cameras with a target and a height: a 2-D shape needs no position.
+    plane_cameras: Vec<usize>,
     lights: Vec<SceneLight>,
     sky: Option<SceneSky>,
     render: Option<SceneRender>,
@@ -254,6 +256,7 @@ impl<'a> Elaborator<'a> {
             materials: vec![default_material],
             material_ids: HashMap::new(),
             cameras: Vec::new(),
+            plane_cameras: Vec::new(),
             lights: Vec::new(),
             sky: None,
             render: None,

@@ -101,13 +101,18 @@ pub enum SettingsError {
     #[error("the camera{} is at the point it looks at", named(.0))]
     NoDirection(String),
     /// A camera without a position has a new target.
-    #[error("the camera has no position of its own, and a new target needs one, too")]
+    #[error(
+        "the scene's camera has no position, and a new target needs one: give `--from X,Y,Z`, too"
+    )]
     NoPosition,
     /// A camera looks along its own upward direction.
     #[error("the camera looks along its own upward direction")]
     LooksAlongUp,
     /// The view of a plane figure is to be turned.
-    #[error("a plane figure is seen face on: its view has a target and a height, and nothing else")]
+    #[error(
+        "a 2-D shape is seen face on, so its view has a target and a height, and nothing else: `--look X,Y,0`, \
+         `--ortho HEIGHT`, `--fit`"
+    )]
     LeavesPlane,
 }
 
@@ -325,6 +330,9 @@ fn view(
             }
             _ => plane_view(&target.with_edges(&module.distance), aspect),
         };
+        if changes.is_fitted {
+            return Ok(own);
+        }
         let [x, y, _] = changes.look.unwrap_or(own.look);
         return Ok(match changes.checked_lens()?.unwrap_or(own.lens) {
             ResolvedLens::Orthographic(height) => View::plane([x, y], height),

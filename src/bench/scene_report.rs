@@ -12,12 +12,12 @@ use crate::terminal::Terminal;
 use sdfc_runtime::engine::{Engine, EngineKind};
 use sdfc_runtime::reference::{self, trace};
 use sdfc_runtime::render::RenderSettings;
-use sdfc_runtime::settings::{Overrides, resolve};
+use sdfc_runtime::settings::{CameraChanges, Overrides, resolve};
 use serde::Serialize;
 use std::path::Path;
 
 /// Options of measurements.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub(crate) struct MeasureOptions {
     /// Width of the pictures in pixels; their shape is that of the scene.
     pub(crate) width: u32,
@@ -25,6 +25,8 @@ pub(crate) struct MeasureOptions {
     pub(crate) rounds: usize,
     /// The requested error of settings, in pixels.
     pub(crate) tolerance: Option<f64>,
+    /// Changes of the scenes' cameras.
+    pub(crate) camera_changes: CameraChanges,
 }
 
 /// Measurements of a scene.
@@ -66,8 +68,9 @@ pub(crate) fn measure_scene(
     terminal: &Terminal,
     report_progress: &dyn Fn(f32),
 ) -> Result<SceneReport, Failure> {
+    let build = &build.for_camera(&options.camera_changes);
     let opened = scene::open(path, build, terminal)?;
-    let settings = settings(path, &opened, options.width)?;
+    let settings = settings(path, &opened, options)?;
     let (truth, milliseconds) = timed(|| {
         trace(
             opened.module(),
@@ -121,14 +124,19 @@ pub(crate) fn measure_scene(
 }
 
 /// Returns the settings of a small picture, one sample per pixel.
-fn settings(path: &Path, opened: &OpenedScene, width: u32) -> Result<RenderSettings, Failure> {
+fn settings(
+    path: &Path,
+    opened: &OpenedScene,
+    options: &MeasureOptions,
+) -> Result<RenderSettings, Failure> {
+    let overrides = Overrides {
+        camera_changes: options.camera_changes.clone(),
+        ..Overrides::default()
+    };
+    let width = options.width;
     let input_error = |problem: String| Failure::Input(format!("{}: {problem}", path.display()));
-    let settings = resolve(
-        opened.module(),
-        &opened.uniform_values,
-        &Overrides::default(),
-    )
-    .map_err(|error| input_error(error.to_string()))?;
+    let settings = resolve(opened.module(), &opened.uniform_values, &overrides)
+        .map_err(|error| input_error(error.to_string()))?;
     if settings.is_2d {
         return Err(input_error(
             "a 2-D shape has no depth that could be wrong".to_owned(),

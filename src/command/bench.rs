@@ -1,5 +1,6 @@
 //! `sdfc bench`: the speed of drawing scenes, and the error of their pictures.
 
+use super::camera::CameraArgs;
 use crate::bench::scene_report::{MeasureOptions, SceneReport, devices, measure_scene};
 use crate::bench::{BenchReport, html, markdown, tolerance};
 use crate::engine::{self, ArithmeticArgs};
@@ -31,6 +32,8 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "PIXELS", default_value_t = 160,
         value_parser = clap::value_parser!(u32).range(8..=4096))]
     width: u32,
+    #[command(flatten)]
+    camera_changes: CameraArgs,
     /// Number of pictures whose median time is reported; fewer where they take seconds.
     #[arg(long, value_name = "N", default_value_t = 3,
         value_parser = clap::value_parser!(u32).range(1..=1000))]
@@ -74,6 +77,7 @@ pub(crate) fn run(arguments: &Arguments, terminal: &Terminal) -> Result<(), Fail
         width: arguments.width,
         rounds: arguments.rounds as usize,
         tolerance: arguments.tolerance,
+        camera_changes: arguments.camera_changes.changes(),
     };
     let mut scenes: Vec<SceneReport> = Vec::new();
     let measured = on_each(&arguments.scenes, terminal, |path| {

@@ -15,7 +15,8 @@ pub(crate) struct CameraArgs {
     /// where the scene's camera looks.
     #[arg(long, value_name = "X,Y,Z", value_parser = triple, allow_hyphen_values = true)]
     from: Option<[f64; 3]>,
-    /// Point at the centre of the picture.
+    /// Point at the centre of the picture. If the scene's camera has no position, --from is required, except for 2-D
+    /// shapes.
     #[arg(long, value_name = "X,Y,Z", value_parser = triple, allow_hyphen_values = true)]
     look: Option<[f64; 3]>,
     /// Upward direction of the camera.
@@ -24,10 +25,11 @@ pub(crate) struct CameraArgs {
     /// Vertical field of view: 35deg, 0.6rad or 0.1turn.
     #[arg(long, value_name = "ANGLE", value_parser = angle, conflicts_with = "ortho", allow_hyphen_values = true)]
     fov: Option<f64>,
-    /// Parallel rays, with this visible height in the scene's units.
-    #[arg(long, value_name = "HEIGHT", allow_negative_numbers = true)]
+    /// Parallel rays, with this visible height in the scene's units. With --fit, the height follows from the scene.
+    #[arg(long, value_name = "HEIGHT", value_parser = height, allow_hyphen_values = true)]
     ortho: Option<f64>,
-    /// Move the camera along and across its direction, so that the scene fills the picture.
+    /// Move the camera along and across its direction, so that the scene fills the picture. --from and --look give
+    /// the direction.
     #[arg(long)]
     fit: bool,
 }
@@ -70,6 +72,14 @@ fn triple(text: &str) -> Result<[f64; 3], String> {
         .ok_or_else(|| "write three numbers with commas between them, such as 3,2,4".to_owned())
 }
 
+/// Parses a height, which is finite and more than zero.
+fn height(text: &str) -> Result<f64, String> {
+    let height = text.trim().parse().ok();
+    height
+        .filter(|height: &f64| height.is_finite() && *height > 0.0)
+        .ok_or_else(|| "write a finite number above 0, such as 2.5".to_owned())
+}
+
 /// Parses an angle with its unit, and returns it in radians.
 fn angle(text: &str) -> Result<f64, String> {
     let units = [
@@ -81,7 +91,9 @@ fn angle(text: &str) -> Result<f64, String> {
         let number = text.strip_suffix(unit)?.trim();
         Some(number.parse::<f64>().ok()? * radians)
     });
-    value
-        .filter(|angle| angle.is_finite())
-        .ok_or_else(|| "write an angle with its unit, such as 35deg".to_owned())
+    let angle = value.ok_or_else(|| "write an angle with its unit, such as 35deg".to_owned())?;
+    match angle > 0.0 && angle < std::f64::consts::PI {
+        true => Ok(angle),
+        false => Err("a field of view is between 0deg and 180deg".to_owned()),
+    }
 }

@@ -38,6 +38,11 @@ impl<'a> Elaborator<'a> {
         }
         self.remove_unreachable();
         let is_2d = self.root.is_some_and(|id| self.shapes[id.0 as usize].is_2d);
+        if is_2d {
+            for &index in &self.plane_cameras {
+                self.cameras[index].auto_framed = false;
+            }
+        }
         let scene = Scene {
             expressions: self.expressions,
             params: self.params,

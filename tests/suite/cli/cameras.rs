@@ -145,6 +145,21 @@ fn fitting_frames_the_scene() {
     }
 }
 
+/// A plane figure is seen face on: a target and a height are a camera, from flags as from a block.
+#[test]
+fn plane_figures_are_seen_with_a_target_and_a_height() {
+    let figure = "circle(1).color(#ff0000).translate(3, 1) | rect(1, 2).color(#00ff00)";
+    let plain = Sandbox::with_scene(figure);
+    let aimed = "camera { look: [2, 1, 0], height: 4 }";
+    let block = Sandbox::with_scene(&format!("{aimed}\n{figure}"));
+    let shown = colors(&block, "");
+    assert!(shown == colors(&plain, "--look 2,1,0 --ortho 4"));
+    assert!(shown != colors(&plain, ""));
+    for flags in ["--fit", "--fit --ortho 9", "--fit --look 8,8,0"] {
+        assert!(colors(&block, flags) == colors(&plain, ""), "{flags}");
+    }
+}
+
 #[test]
 fn impossible_cameras_are_refused() {
     let sandbox = Sandbox::with_scene(MARKED);
@@ -159,6 +174,7 @@ fn impossible_cameras_are_refused() {
         "scene.sdf --fov 190deg",
         "scene.sdf --fov 0deg",
         "scene.sdf --ortho -1",
+        "scene.sdf --ortho inf",
         "scene.sdf --ortho 2 --fov 35deg",
         "scene.sdf --from 0,0,0",
         "scene.sdf --from 0,5,0 --up 0,1,0",

@@ -68,6 +68,9 @@ impl<'a> Elaborator<'a> {
             }
         }
         self.aim(&mut camera, up, block);
+        if look.is_some() && height.is_some() {
+            self.plane_cameras.push(self.cameras.len());
+        }
         self.cameras.push(camera);
         Ok(())
     }
