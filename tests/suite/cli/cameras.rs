@@ -145,9 +145,9 @@ fn fitting_frames_the_scene() {
     }
 }
 
-/// A plane figure is seen face on: a target and a height are a camera, from flags as from a block.
+/// A 2-D shape is seen face on: a target and a height are a camera, from flags as from a block.
 #[test]
-fn plane_figures_are_seen_with_a_target_and_a_height() {
+fn plane_shapes_are_seen_with_a_target_and_a_height() {
     let figure = "circle(1).color(#ff0000).translate(3, 1) | rect(1, 2).color(#00ff00)";
     let plain = Sandbox::with_scene(figure);
     let aimed = "camera { look: [2, 1, 0], height: 4 }";

@@ -56,7 +56,7 @@ const SCENES: &[(&str, &str, &str)] = &[
         "nothing is seen: the field is nowhere below zero",
     ),
     (
-        "a plane figure without an edge",
+        "a 2-D shape without an edge",
         "field(fn(p: vec2) => -1 - p.x * p.x)",
         "all of the picture is inside of the shape",
     ),
