@@ -10,11 +10,13 @@ pub(crate) mod write;
 
 use crate::analysis::definedness::outside_where_undefined;
 use crate::analysis::param_ranges::ParamRanges;
-use crate::elaborate::{NoFiles, Options, elaborate};
+use crate::elaborate::{NoFiles, Options, elaborate, format_short};
+use crate::expression::{ExprId, Expressions};
 use crate::scene::{Scene, SceneRef, Shape, ShapeId, ShapeKind};
 use clauses::read_clauses;
-use region::shown_region;
-use sdfc_lang::{Diagnostic, FileId, Sources, Span};
+use region::{ShownRegion, shown_region};
+use sdfc_lang::{Diagnostic, FileId, Sources, Span, codes};
+use sdfc_vm::table::Op;
 
 /// Parses the text of Fidget to a scene.
 pub fn parse_fidget_text(sources: &Sources, file: FileId) -> (Option<Scene>, Vec<Diagnostic>) {
@@ -36,25 +38,59 @@ pub fn parse_fidget_text(sources: &Sources, file: FileId) -> (Option<Scene>, Vec
     let ranges = ParamRanges::for_scene(SceneRef::from(&scene));
     let value = outside_where_undefined(&mut scene.expressions, field.value, &ranges);
     let is_2d = field.is_2d;
-    let region = shown_region(&scene.expressions, value, is_2d);
+    let shown = shown_region(&scene.expressions, value, is_2d);
+    let value = cut_to(&shown, value, &mut scene.expressions);
     let kind = ShapeKind::Field {
         value,
         slope: None,
-        region,
+        region: shown.bounds,
     };
-    let text = sources.text(file);
     scene.shapes = vec![Shape {
         kind,
         is_2d,
         name: String::new(),
-        span: Span::new(file, 0, text.len() as u32),
+        span: field.span,
     }];
     scene.root = Some(ShapeId(0));
     scene.is_2d = is_2d;
     if is_2d {
         scene.render.size = [1024, 1024];
     }
-    (Some(scene), Vec::new())
+    (
+        Some(scene),
+        cut_warning(&shown, field.span).into_iter().collect(),
+    )
+}
+
+/// Returns a field that is cut where the solid continues beyond the shown region.
+fn cut_to(shown: &ShownRegion, value: ExprId, expressions: &mut Expressions) -> ExprId {
+    let axes = (0..3).filter(|&axis| shown.is_cut[axis]);
+    axes.fold(value, |value, axis| {
+        let coordinate = expressions.coordinate(axis as u8);
+        let low = expressions.constant(shown.bounds.min[axis]);
+        let high = expressions.constant(shown.bounds.max[axis]);
+        let below = expressions.call(Op::Sub, &[low, coordinate]);
+        let above = expressions.call(Op::Sub, &[coordinate, high]);
+        let outside = expressions.call(Op::Intersection, &[below, above]);
+        expressions.call(Op::Intersection, &[value, outside])
+    })
+}
+
+/// Reports a solid that is cut, since it continues beyond the shown region.
+fn cut_warning(shown: &ShownRegion, span: Span) -> Option<Diagnostic> {
+    let axes = (0..3).filter(|&axis| shown.is_cut[axis]);
+    let parts: Vec<String> = axes
+        .map(|axis| {
+            let ends = [shown.bounds.min[axis], shown.bounds.max[axis]];
+            let [low, high] = ends.map(format_short);
+            format!("{} from {low} to {high}", ["x", "y", "z"][axis])
+        })
+        .collect();
+    (!parts.is_empty()).then(|| {
+        Diagnostic::warning(codes::W0503, span, "the solid has no end that was found")
+            .primary(format!("it is shown in a box: {}", parts.join(", ")))
+            .help("`import \"this.vm\" as model;` in a scene has all of it: `model & box(40)`")
+    })
 }
 
 #[cfg(test)]
@@ -63,15 +99,17 @@ mod tests {
     use super::*;
     use sdfc_vm::bounds::Bounds;
 
-    /// Returns the value of the last clause of a text at a point.
+    /// Returns the value of the last clause of a text at a point, also where the solid is not shown.
     fn value(text: &str, point: [f64; 3]) -> f64 {
         let mut sources = Sources::new();
         let file = sources.add("part.vm", text);
         let (scene, diagnostics) = parse_fidget_text(&sources, file);
-        let scene = scene.unwrap_or_else(|| panic!("{text}: {diagnostics:?}"));
-        let ShapeKind::Field { value, .. } = scene.shapes[0].kind else {
+        let mut scene = scene.unwrap_or_else(|| panic!("{text}: {diagnostics:?}"));
+        let ranges = ParamRanges::for_scene(SceneRef::from(&scene));
+        let Ok(clauses) = read_clauses(&sources, file, &mut scene.expressions) else {
             panic!("{text}: no field");
         };
+        let value = outside_where_undefined(&mut scene.expressions, clauses.value, &ranges);
         let (min, max) = (point, point);
         let range = field(&scene.expressions, value).eval(&Bounds { min, max }, &[]);
         (range.lo + range.hi) / 2.0
@@ -118,6 +156,34 @@ mod tests {
         let plane =
             region("x var-x\ny var-y\na square x\nb square y\nc add a b\nd const 9\ne sub c d\n");
         assert!(plane.min[2] == f64::NEG_INFINITY && plane.max[0] < 3.3);
+    }
+
+    #[test]
+    fn solids_without_an_end_are_cut_and_reported() {
+        let axes = "x var-x\ny var-y\nz var-z\n";
+        for (text, cut) in [
+            (
+                "a sin x\nb sin y\nc sin z\nd add a b\ne add d c\n",
+                Some("x from -1 to 1, y from -1 to 1, z from -1 to 1"),
+            ),
+            (
+                "a square x\nb square y\nc add a b\nr const 9\nd sub c r\ne add d z\nf sub d z\ng max e f\n",
+                None,
+            ),
+            (
+                "a square x\nb square y\nc add a b\nd const 9\ne sub c d\nf mul z e\ng max e f\n",
+                Some("z from -3 to 3"),
+            ),
+        ] {
+            let text = format!("x var-x\ny var-y\nz var-z\n{text}");
+            let mut sources = Sources::new();
+            let file = sources.add("part.vm", text.as_str());
+            let (scene, diagnostics) = parse_fidget_text(&sources, file);
+            assert!(scene.is_some(), "{text}");
+            let label = diagnostics.first().map(|warning| warning.label.as_str());
+            let expected = cut.map(|cut| format!("it is shown in a box: {cut}"));
+            assert_eq!(label, expected.as_deref(), "{text}");
+        }
     }
 
     /// Truth is "not zero", and remainders are never negative.

@@ -694,6 +694,14 @@ does without `lipschitz`. State a bound only for a field without a computed one.
 
     field(fn(p) => dot(p, p) - 1, lipschitz: 1)
     field(fn(p) => dot(p, p) - 1)";
+
+W0503 "a solid without an end in a `.vm` file" "\
+The field of a `.vm` file is negative at the faces of all boxes that were tried, up to 16 units from
+the origin. The picture shows the part of the solid in a box. A scene that imports the file has all
+of the solid, and can cut any piece of it.
+
+    import \"gyroid.vm\" as gyroid;
+    gyroid & box(12)";
 }
 
 #[cfg(test)]

@@ -14,6 +14,8 @@ const MAX_ERRORS: usize = 20;
 pub(crate) struct FidgetField {
     /// The value of the last clause, which may be undefined somewhere.
     pub(crate) value: ExprId,
+    /// The last clause.
+    pub(crate) span: Span,
     /// Set if no clause reads `var-z`.
     pub(crate) is_2d: bool,
 }
@@ -67,8 +69,9 @@ pub(crate) fn read_clauses(
         return Err(errors);
     }
     match last {
-        Some(value) => Ok(FidgetField {
+        Some((value, span)) => Ok(FidgetField {
             value,
+            span,
             is_2d: !reads_z,
         }),
         None => {
@@ -85,7 +88,7 @@ struct ClauseReader<'a> {
     expressions: &'a mut Expressions,
     values: HashMap<&'a str, ExprId>,
     reads_z: bool,
-    last: Option<ExprId>,
+    last: Option<(ExprId, Span)>,
     errors: Vec<Diagnostic>,
 }
 
@@ -116,7 +119,8 @@ impl<'a> ClauseReader<'a> {
         match self.clause(line, start, operation, operands) {
             Ok(value) => {
                 self.values.insert(name, value);
-                self.last = Some(value);
+                let end = start + clause.trim_end().len();
+                self.last = Some((value, Span::new(self.file, start as u32, end as u32)));
             }
             Err(error) => self.errors.push(*error),
         }

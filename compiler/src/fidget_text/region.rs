@@ -17,8 +17,25 @@ const MAX_SAMPLING_OPERATIONS: usize = 3_000_000;
 /// Range of the number of samples along a side.
 const SAMPLES_PER_SIDE: [usize; 2] = [6, 24];
 
+/// The part of space in which a file is shown.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct ShownRegion {
+    pub(super) bounds: Bounds,
+    /// The axes along which the solid may continue beyond the bounds.
+    pub(super) is_cut: [bool; 3],
+}
+
+impl ShownRegion {
+    fn complete(bounds: Bounds) -> Self {
+        Self {
+            bounds,
+            is_cut: [false; 3],
+        }
+    }
+}
+
 /// Returns the region in which a number of the point is shown as a solid where it is below zero.
-pub(super) fn shown_region(expressions: &Expressions, value: ExprId, is_2d: bool) -> Bounds {
+pub(super) fn shown_region(expressions: &Expressions, value: ExprId, is_2d: bool) -> ShownRegion {
     let max_points = MAX_SAMPLING_OPERATIONS / (6 * expressions.len().max(1));
     let [least, most] = SAMPLES_PER_SIDE;
     let mut samples = CubeSamples {
@@ -28,12 +45,13 @@ pub(super) fn shown_region(expressions: &Expressions, value: ExprId, is_2d: bool
     };
     let [unit, ..] = HALF_SIDES;
     if samples.is_inside(unit) && !samples.extends_beyond(unit) {
-        return samples.cube(unit);
+        return ShownRegion::complete(samples.cube(unit));
     }
     let found = extent(expressions, value, &mut |id| uniform_range(expressions, id));
     if found.is_empty() {
-        return samples.cube(unit);
+        return ShownRegion::complete(samples.cube(unit));
     }
+    let mut is_cut = [false; 3];
     let mut bounds = found;
     let axes = if is_2d { 0..2 } else { 0..3 };
     let ends = |axis: usize| [-found.min[axis], found.max[axis]];
@@ -48,6 +66,7 @@ pub(super) fn shown_region(expressions: &Expressions, value: ExprId, is_2d: bool
         for axis in axes {
             // A shape beside the origin is shown as far as it is away from it.
             let [low, high] = ends(axis);
+            is_cut[axis] = half_side.is_none() && (low.is_infinite() || high.is_infinite());
             if low.is_infinite() {
                 bounds.min[axis] = -end - (-high).max(0.0);
             }
@@ -56,7 +75,7 @@ pub(super) fn shown_region(expressions: &Expressions, value: ExprId, is_2d: bool
             }
         }
     }
-    bounds
+    ShownRegion { bounds, is_cut }
 }
 
 /// Returns a program for the values of a number in boxes.
