@@ -53,6 +53,7 @@ use sampled_bounds::AssignmentKey;
 use sdfc_lang::{Diagnostic, FileId, Sources, Span, codes};
 use std::collections::{BTreeSet, HashMap, HashSet};
 
+pub(crate) use diagnose::nearest;
 pub(crate) use display::format_short;
 pub use function_docs::{FunctionDoc, function_docs};
 pub use modules::{Loader, NoFiles};

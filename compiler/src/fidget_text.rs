@@ -6,6 +6,7 @@
 
 pub(crate) mod clauses;
 mod region;
+mod truth;
 pub(crate) mod write;
 
 use crate::analysis::definedness::outside_where_undefined;
@@ -82,7 +83,8 @@ fn cut_warning(shown: &ShownRegion, span: Span) -> Option<Diagnostic> {
     let parts: Vec<String> = axes
         .map(|axis| {
             let ends = [shown.bounds.min[axis], shown.bounds.max[axis]];
-            let [low, high] = ends.map(format_short);
+            // Added to zero, no end is a negative zero.
+            let [low, high] = ends.map(|end| format_short(end + 0.0));
             format!("{} from {low} to {high}", ["x", "y", "z"][axis])
         })
         .collect();
@@ -160,7 +162,6 @@ mod tests {
 
     #[test]
     fn solids_without_an_end_are_cut_and_reported() {
-        let axes = "x var-x\ny var-y\nz var-z\n";
         for (text, cut) in [
             (
                 "a sin x\nb sin y\nc sin z\nd add a b\ne add d c\n",
@@ -192,11 +193,9 @@ mod tests {
         for (operation, x, y, expected) in [
             ("and", 2.0, -1.5, -1.5),
             ("and", -0.5, 3.0, 3.0),
-            ("and", 0.0, 3.0, 0.0),
             ("and", 3.0, 0.0, 0.0),
             ("or", 2.0, -1.5, 2.0),
             ("or", -0.5, 3.0, -0.5),
-            ("or", 0.0, 3.0, 3.0),
             ("mod", 0.5, -0.7, 0.5),
             ("mod", -0.5, -0.7, 0.2),
             ("mod", -0.5, 0.7, 0.2),
@@ -214,6 +213,25 @@ mod tests {
                 "{operation} {x} {y}: {result}"
             );
         }
+        // An operand that is zero in a part of space.
+        for (clause, x, y, expected) in [
+            ("and m y", -1.0, 3.0, 0.0),
+            ("and m y", 2.0, 3.0, 3.0),
+            ("or m y", -1.0, 3.0, 3.0),
+            ("or m y", 2.0, 3.0, 2.0),
+            ("not m", -1.0, 3.0, 1.0),
+            ("not m", 2.0, 3.0, 0.0),
+        ] {
+            let text = format!("x var-x\ny var-y\nz const 0\nm max x z\nr {clause}\n");
+            assert_eq!(value(&text, [x, y, 0.0]), expected, "{clause}: {x} {y}");
+        }
+        // A selection.
+        for x in [-2.0, 2.0] {
+            let text = "x var-x\ny var-y\no const 1\nc compare x o\nz const 0\nm max c z\n\
+                        a and m y\nn not m\nb and n x\nr or a b\n";
+            let expected = if x > 1.0 { 5.0 } else { x };
+            assert_eq!(value(text, [x, 5.0, 0.0]), expected, "{x}");
+        }
         for (exponent, x, expected) in [
             (2, -0.5, 0.25),
             (3, -2.0, -8.0),
@@ -229,7 +247,6 @@ mod tests {
             assert!(error < 1e-12, "{x} to the {exponent}: {result}");
         }
         for (operation, x, expected) in [
-            ("not", 0.0, 1.0),
             ("not", 0.3, 0.0),
             ("not", -2.0, 0.0),
             ("recip", 4.0, 0.25),

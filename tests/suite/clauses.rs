@@ -113,25 +113,6 @@ fn program_with(part: &'static str, text: &str) -> Program {
     compiled_scene(scene).module.distance
 }
 
-/// Halves are rounded away from zero, as in Fidget.
-#[test]
-fn halves_are_rounded_away_from_zero() {
-    for (part, x) in [
-        (
-            "x var-x\nz var-z\nr round x\nc const 2.75\nd add r c\n",
-            -2.5,
-        ),
-        (
-            "x var-x\nz var-z\nr round x\nc const 2.75\nd sub c r\n",
-            2.5,
-        ),
-    ] {
-        let program = program_with(part, "import \"part.vm\" as model;\nmodel\n");
-        let value = evaluate_f64(&program, [x, 0.0, 0.0]);
-        assert!(value < 0.0, "{x}: {value}");
-    }
-}
-
 /// A ball of clauses is the ball of the language, wherever it is moved, blended and painted.
 #[test]
 fn imported_clauses_are_a_shape() {

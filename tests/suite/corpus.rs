@@ -2,6 +2,7 @@
 
 use sdfc_compiler::compile::{self, Compiled, GeneratedSource};
 use sdfc_compiler::elaborate::{Loader, Options, elaborate};
+use sdfc_compiler::fidget_text::parse_fidget_text;
 use sdfc_compiler::passes::PassOptions;
 use sdfc_compiler::scene::Scene;
 use sdfc_lang::{Diagnostics, Sources, Style};
@@ -67,6 +68,10 @@ pub(crate) fn scene(path: &Path) -> Scene {
         std::fs::read_to_string(path).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
     let mut sources = Sources::new();
     let file = sources.add(name(path), text);
+    if path.extension().is_some_and(|extension| extension == "vm") {
+        let (scene, diagnostics) = parse_fidget_text(&sources, file);
+        return scene.unwrap_or_else(|| panic!("{}: {diagnostics:?}", path.display()));
+    }
     let folder = Folder(path.parent().expect("it lies in a folder").to_owned());
     let options = Options {
         loader: &folder,

@@ -7,6 +7,7 @@ mod cli;
 mod contacts;
 mod conventions;
 mod corpus;
+mod fields;
 mod framing;
 mod generic_kernels;
 mod gpu_cells;

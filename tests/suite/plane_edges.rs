@@ -92,6 +92,11 @@ fn figures() -> Vec<Figure> {
             "rect(2, 2) - field(fn(p: vec2) => 1e-4 * (dot(p, p) - 1))",
             |x, y| x.abs() < 1.0 && y.abs() < 1.0 && !disc(x, y),
         ),
+        // Lines thinner than a pixel cross beside a pixel's middle, where four neighbours have one value.
+        figure(
+            "(rect(0.02, 8) | rect(8, 0.02)).translate(0.00969, 0.0053)",
+            |x, y| (x - 0.00969).abs() < 0.01 || (y - 0.0053).abs() < 0.01,
+        ),
         // A saddle has no slope in its middle.
         figure(
             "field(fn(p: vec2) => (p.x + 0.017) * (p.y - 0.023))",

@@ -13,7 +13,7 @@ use sdfc_compiler::scene::Scene;
 use sdfc_runtime::engine::{Engine, EngineKind, open};
 use sdfc_runtime::reference::{ReferenceCamera, ReferenceRay};
 use sdfc_runtime::render::{CellMode, Image, RenderSettings, Status};
-use sdfc_runtime::settings::{Overrides, resolve};
+use sdfc_runtime::settings::{CameraChanges, Overrides, resolve};
 use sdfc_trials::oracle::{Oracle, TraceOutcome};
 use sdfc_trials::skip::is_gpu_skipped;
 use std::fmt::Write as _;
@@ -63,6 +63,13 @@ pub(crate) fn cases() -> Vec<PathBuf> {
     let all = folders().into_iter().chain(ours);
     all.flat_map(|folder| scenes(&folder.to_string_lossy()))
         .collect()
+}
+
+/// Scene and the camera through which it is compared.
+#[derive(Clone)]
+pub(crate) struct Case {
+    pub(crate) path: PathBuf,
+    pub(crate) camera: CameraChanges,
 }
 
 /// Ground truth of rays through pixels, computed on demand.
@@ -343,7 +350,8 @@ fn needs_proof(path: &Path) -> bool {
 }
 
 /// Reports the errors of a scene on these engines, one per line.
-fn examine(path: &Path, engines: &mut [Box<dyn Engine>], max_steps: u64) -> String {
+fn examine(case: &Case, engines: &mut [Box<dyn Engine>], max_steps: u64) -> String {
+    let path = &case.path;
     let mut report = String::new();
     let scene = scene(path);
     if scene.root.is_none() {
@@ -355,6 +363,7 @@ fn examine(path: &Path, engines: &mut [Box<dyn Engine>], max_steps: u64) -> Stri
     let overrides = Overrides {
         size: Some(SIZE),
         aa: Some(1),
+        camera_changes: case.camera.clone(),
         ..Overrides::default()
     };
     let settings = resolve(&compiled.module, &uniform_values, &overrides);
@@ -396,8 +405,11 @@ fn examine(path: &Path, engines: &mut [Box<dyn Engine>], max_steps: u64) -> Stri
                     .collect();
                 _ = writeln!(
                     report,
-                    "{}: {} cells {cells:?}: {}of {compared}, {} out of steps, {} NaN{listed}",
+                    "{}{}: {} cells {cells:?}: {}of {compared}, {} out of steps, {} NaN{listed}",
                     name(path),
+                    case.camera
+                        .from
+                        .map_or_else(String::new, |from| format!(" from {from:?}")),
                     engine.kind(),
                     counts.concat(),
                     stats.step_caps,
@@ -415,6 +427,20 @@ fn stranger_scenes_show_the_hits_of_the_oracle() {
     if let Ok(wanted) = std::env::var("SDFC_ONLY") {
         cases.retain(|path| path.to_string_lossy().contains(&wanted));
     }
+    let camera = CameraChanges::default;
+    let cases: Vec<Case> = cases
+        .into_iter()
+        .map(|path| Case {
+            path,
+            camera: camera(),
+        })
+        .collect();
+    let report = errors_of(&cases);
+    assert!(report.is_empty(), "\n{report}");
+}
+
+/// Returns the errors of all cases, one per line. In the short form, every sixteenth case is drawn by all engines.
+pub(crate) fn errors_of(cases: &[Case]) -> String {
     let is_long = std::env::var_os("SDFC_LONG").is_some();
     let max_steps = MAX_ORACLE_STEPS * if is_long { LONG_FACTOR } else { 1 };
     let has_gpu = !is_gpu_skipped();
@@ -425,7 +451,7 @@ fn stranger_scenes_show_the_hits_of_the_oracle() {
             let mut report = String::new();
             loop {
                 let index = next.fetch_add(1, Relaxed);
-                let Some(path) = cases.get(index) else {
+                let Some(case) = cases.get(index) else {
                     return report;
                 };
                 let on_all = has_gpu && (is_long || index.is_multiple_of(ALL_ENGINES_STRIDE));
@@ -434,7 +460,7 @@ fn stranger_scenes_show_the_hits_of_the_oracle() {
                     engines.extend(others.map(|kind| open(kind).expect("there is an adapter")));
                 }
                 let count = if on_all { engines.len() } else { 1 };
-                report += &examine(path, &mut engines[..count], max_steps);
+                report += &examine(case, &mut engines[..count], max_steps);
             }
         };
         let start = |_| {
@@ -449,6 +475,5 @@ fn stranger_scenes_show_the_hits_of_the_oracle() {
             .map(|handle| handle.join().expect("it reports"))
             .collect()
     });
-    let report: String = reports.concat();
-    assert!(report.is_empty(), "\n{report}");
+    reports.concat()
 }

@@ -201,8 +201,8 @@ impl<'a> UndefinedSearch<'a> {
         let all = || values.iter().all(|&id| self.of(id).is_not_negative);
         match op {
             Op::Square | Op::Abs => true,
-            Op::Add | Op::Div | Op::Min | Op::Sqrt => all(),
-            Op::Max => values.iter().any(|&id| self.of(id).is_not_negative),
+            Op::Add | Op::Div | Op::Min | Op::Union | Op::Sqrt => all(),
+            Op::Max | Op::Intersection => values.iter().any(|&id| self.of(id).is_not_negative),
             Op::Select => values[1..].iter().all(|&id| self.of(id).is_not_negative),
             Op::Mul => all() || self.is_even_product(values),
             _ => false,
@@ -453,7 +453,9 @@ fn has_constant_pieces(op: Op, operands: &[NumberFacts]) -> bool {
     match op {
         Op::Floor | Op::Ceil | Op::Round | Op::Trunc | Op::Sign | Op::Step | Op::Smoothstep => true,
         Op::Less | Op::And | Op::Or | Op::Not => true,
-        Op::Min | Op::Max | Op::Clamp => operands.iter().any(is_constant),
+        Op::Min | Op::Max | Op::Union | Op::Intersection | Op::Clamp => {
+            operands.iter().any(is_constant)
+        }
         Op::Select => operands[1..].iter().any(is_constant),
         Op::Mul => operands.iter().any(|facts| {
             facts.has_constant_pieces && facts.may_vanish() || operands.iter().all(is_constant)

@@ -1,5 +1,7 @@
 //! Clauses: the lines of a `.vm` file, as numbers of a scene.
 
+use super::truth::{TruthReader, larger};
+use crate::elaborate::nearest;
 use crate::expression::{ExprId, Expressions};
 use sdfc_lang::{Diagnostic, FileId, Sources, Span, codes};
 use sdfc_vm::table::Op;
@@ -35,6 +37,7 @@ pub(crate) fn read_clauses(
         file,
         expressions,
         values: HashMap::new(),
+        truths: TruthReader::default(),
         reads_z: false,
         last: None,
         errors: Vec::new(),
@@ -87,6 +90,7 @@ struct ClauseReader<'a> {
     file: FileId,
     expressions: &'a mut Expressions,
     values: HashMap<&'a str, ExprId>,
+    truths: TruthReader,
     reads_z: bool,
     last: Option<(ExprId, Span)>,
     errors: Vec<Diagnostic>,
@@ -104,7 +108,9 @@ impl<'a> ClauseReader<'a> {
     }
 
     fn line(&mut self, line: &'a str, start: usize) {
-        let clause = line.split('#').next().unwrap_or("");
+        // Some editors put a mark of the byte order before the text.
+        let clause = line.trim_start_matches('\u{feff}');
+        let clause = clause.split('#').next().unwrap_or("");
         let words: Vec<&'a str> = clause.split_whitespace().collect();
         let [name, operation, operands @ ..] = words.as_slice() else {
             if let [single_word] = words.as_slice() {
@@ -119,7 +125,7 @@ impl<'a> ClauseReader<'a> {
         match self.clause(line, start, operation, operands) {
             Ok(value) => {
                 self.values.insert(name, value);
-                let end = start + clause.trim_end().len();
+                let end = start + line.trim_end().len();
                 self.last = Some((value, Span::new(self.file, start as u32, end as u32)));
             }
             Err(error) => self.errors.push(*error),
@@ -143,11 +149,7 @@ impl<'a> ClauseReader<'a> {
             _ => match find_operation(operation) {
                 Some(op) => op.arity(),
                 None => {
-                    let similar = OPERATIONS
-                        .iter()
-                        .map(|(name, _)| *name)
-                        .filter(|name| strsim::damerau_levenshtein(name, operation) <= 2)
-                        .min_by_key(|name| strsim::damerau_levenshtein(name, operation));
+                    let similar = nearest(operation, OPERATIONS.iter().map(|(name, _)| *name));
                     let mut error =
                         clause_error(operation, format!("there is no operation `{operation}`"));
                     if let Some(similar) = similar {
@@ -197,15 +199,8 @@ impl<'a> ClauseReader<'a> {
             }
         }
         let operation = find_operation(operation).expect("looked up above");
-        Ok(operation.apply(self.expressions, &values))
+        Ok(operation.apply(self.expressions, &mut self.truths, &values))
     }
-}
-
-/// Returns 1 where the number is not zero, 0 elsewhere.
-fn is_not_zero(expressions: &mut Expressions, value: ExprId) -> ExprId {
-    let zero = expressions.constant(0.0);
-    let size = expressions.call(Op::Abs, &[value]);
-    expressions.call(Op::Less, &[zero, size])
 }
 
 /// Meaning of an operation's name.
@@ -215,12 +210,12 @@ enum ClauseOp {
     Reciprocal,
     /// A power, of a negative base for integer exponents only.
     Power,
-    /// The nearest integer, halves away from zero.
-    Round,
     /// The signs −1, 0 and 1 of a difference.
     Compare,
     /// The least remainder that is not negative.
     Remainder,
+    /// The maximum.
+    Larger,
     /// The second operand if both are not zero, else zero.
     And,
     /// The first operand that is not zero, else zero.
@@ -231,7 +226,7 @@ enum ClauseOp {
 
 impl ClauseOp {
     /// Adds the operation to a graph.
-    fn apply(self, e: &mut Expressions, values: &[ExprId]) -> ExprId {
+    fn apply(self, e: &mut Expressions, truths: &mut TruthReader, values: &[ExprId]) -> ExprId {
         match self {
             Self::Row(op) => e.call_where_defined(op, values),
             Self::Power => {
@@ -246,16 +241,6 @@ impl ClauseOp {
                     false => product,
                 }
             }
-            Self::Round => {
-                let zero = e.constant(0.0);
-                let half = e.constant(0.5);
-                let size = e.call(Op::Abs, &[values[0]]);
-                let raised = e.call(Op::Add, &[size, half]);
-                let rounded = e.call(Op::Floor, &[raised]);
-                let negated = e.call(Op::Neg, &[rounded]);
-                let is_negative = e.call(Op::Less, &[values[0], zero]);
-                e.call(Op::Select, &[is_negative, negated, rounded])
-            }
             Self::Reciprocal => {
                 let one = e.constant(1.0);
                 e.call_where_defined(Op::Div, &[one, values[0]])
@@ -269,29 +254,21 @@ impl ClauseOp {
                 let divisor = e.call(Op::Abs, &[values[1]]);
                 e.call_where_defined(Op::Modulo, &[values[0], divisor])
             }
-            Self::And => {
-                let is_true = is_not_zero(e, values[0]);
-                let zero = e.constant(0.0);
-                e.call(Op::Select, &[is_true, values[1], zero])
-            }
-            Self::Or => {
-                let is_true = is_not_zero(e, values[0]);
-                e.call(Op::Select, &[is_true, values[0], values[1]])
-            }
-            Self::Not => {
-                let is_true = is_not_zero(e, values[0]);
-                e.call(Op::Not, &[is_true])
-            }
+            Self::And => truths.and(e, values[0], values[1]),
+            Self::Or => truths.or(e, values[0], values[1]),
+            Self::Not => truths.not(e, values[0]),
+            Self::Larger => larger(e, values[0], values[1]),
         }
     }
 
     fn arity(self) -> usize {
         match self {
             ClauseOp::Row(op) => op.row().arity(),
-            ClauseOp::Reciprocal | ClauseOp::Round | ClauseOp::Not => 1,
+            ClauseOp::Reciprocal | ClauseOp::Not => 1,
             ClauseOp::Power
             | ClauseOp::Compare
             | ClauseOp::Remainder
+            | ClauseOp::Larger
             | ClauseOp::And
             | ClauseOp::Or => 2,
         }
@@ -312,7 +289,7 @@ const OPERATIONS: [(&str, ClauseOp); 30] = [
     ("mul", ClauseOp::Row(Op::Mul)),
     ("div", ClauseOp::Row(Op::Div)),
     ("min", ClauseOp::Row(Op::Union)),
-    ("max", ClauseOp::Row(Op::Intersection)),
+    ("max", ClauseOp::Larger),
     ("neg", ClauseOp::Row(Op::Neg)),
     ("abs", ClauseOp::Row(Op::Abs)),
     ("sqrt", ClauseOp::Row(Op::Sqrt)),
@@ -332,7 +309,7 @@ const OPERATIONS: [(&str, ClauseOp); 30] = [
     ("mod", ClauseOp::Remainder),
     ("floor", ClauseOp::Row(Op::Floor)),
     ("ceil", ClauseOp::Row(Op::Ceil)),
-    ("round", ClauseOp::Round),
+    ("round", ClauseOp::Row(Op::Round)),
     ("compare", ClauseOp::Compare),
     ("and", ClauseOp::And),
     ("or", ClauseOp::Or),

@@ -19,7 +19,12 @@ pub(super) struct FiniteFinder<'a> {
     scene: &'a mut Scene,
     bounds_cache: &'a mut ShapeBounds,
     results: HashMap<ShapeId, Option<ShapeId>>,
+    /// Number of operands of fields whose extent may still be searched.
+    remaining_operands: usize,
 }
+
+/// Maximum number of operands of minima and maxima in fields whose extent is searched.
+const MAX_FIELD_OPERANDS: usize = 64;
 
 impl<'a> FiniteFinder<'a> {
     pub(super) fn new(scene: &'a mut Scene, bounds_cache: &'a mut ShapeBounds) -> Self {
@@ -27,6 +32,7 @@ impl<'a> FiniteFinder<'a> {
             scene,
             bounds_cache,
             results: HashMap::new(),
+            remaining_operands: MAX_FIELD_OPERANDS,
         }
     }
 
@@ -52,8 +58,10 @@ impl<'a> FiniteFinder<'a> {
         match self.shape(id).kind.clone() {
             ShapeKind::Combine { op, children, .. } => self.finite_combination(id, op, &children),
             ShapeKind::Field { value, region, .. } => {
-                match Extremes::find(&mut self.scene.expressions, value) {
+                let extremes = Extremes::find(&mut self.scene.expressions, value);
+                match extremes.filter(|found| found.values.len() <= self.remaining_operands) {
                     Some(extremes) => {
+                        self.remaining_operands -= extremes.values.len();
                         let id = self.combine_fields(id, &extremes, &region);
                         self.finite_part(id)
                     }
