@@ -1,6 +1,6 @@
 //! Scenes written as clauses (`--emit vm`), evaluated by a separate interpreter, and clauses imported into scenes.
 
-use crate::corpus::{compiled, compiled_scene, name, on_large_stack, scenes};
+use crate::corpus::{compiled, compiled_scene, compiled_text, name, on_large_stack, scenes};
 use sdfc_compiler::elaborate::{Loader, Options, elaborate};
 use sdfc_compiler::export::fidget_clauses;
 use sdfc_compiler::passes::PassOptions;
@@ -89,6 +89,22 @@ fn clauses_have_the_signs_of_their_scene() {
         }
     }
     assert!(written >= 35, "{written} scenes were written");
+}
+
+/// Half spaces read one coordinate; the result is the last clause, and the file is no 2-D shape.
+#[test]
+fn half_spaces_are_written_as_solids() {
+    for (text, outside) in [
+        ("plane(X)", [1.0, -1.0, -1.0]),
+        ("plane(Y, at: 0)", [-1.0, 1.0, -1.0]),
+        ("plane(Z)", [-1.0, -1.0, 1.0]),
+    ] {
+        let clauses = fidget_clauses(&compiled_text(text, PassOptions::default()));
+        let clauses = clauses.unwrap_or_else(|error| panic!("{text}: {error}"));
+        assert!(clauses.contains("var-z"), "{clauses}");
+        assert!(value(&clauses, outside) > 0.0, "{clauses}");
+        assert!(value(&clauses, outside.map(|v: f64| -v)) < 0.0, "{clauses}");
+    }
 }
 
 /// A folder with one file.

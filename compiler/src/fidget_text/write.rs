@@ -39,13 +39,16 @@ pub(crate) fn fidget_text(scene: &Scene, root: ShapeId, time: f64) -> Result<Str
         ..ClauseWriter::default()
     };
     WRITER.replace(writer);
-    let [x, y, z] = [0, 1, 2].map(|axis| add(WrittenClause::Coordinate(axis)));
+    // The third coordinate is the first clause, so that the result is the last one.
+    let [z, x, y] = [2, 0, 1].map(|axis| add(WrittenClause::Coordinate(axis)));
     let result = formula.shape::<ClauseNumber>(&scene.shapes, root, V3::new(x, y, z));
     let writer = WRITER.take();
     let result = result?;
     match writer.error {
         Some(error) => Err(error.to_owned()),
-        None => writer.text(result),
+        None if scene.shapes[root.0 as usize].is_2d => writer.text(&[result]),
+        // A file without the third coordinate is a 2-D shape.
+        None => writer.text(&[z, result]),
     }
 }
 
@@ -126,10 +129,12 @@ impl ClauseWriter {
         number
     }
 
-    /// Returns the text of the clauses that a result needs.
-    fn text(&self, result: ClauseNumber) -> Result<String, String> {
+    /// Returns the text of the clauses that these numbers need. The last of them is the result.
+    fn text(&self, numbers: &[ClauseNumber]) -> Result<String, String> {
         let mut is_needed = vec![false; self.clauses.len()];
-        is_needed[result.0 as usize] = true;
+        for number in numbers {
+            is_needed[number.0 as usize] = true;
+        }
         for (index, clause) in self.clauses.iter().enumerate().rev() {
             if is_needed[index] {
                 for operand in clause.operands().into_iter().flatten() {
