@@ -79,7 +79,7 @@ const MAX_BEND: f64 = 0.25;
 const NO_EDGE: f64 = 1e9;
 /// Distance in pixels within which an edge is expected between a pixel and its neighbours. A part thinner than a pixel
 /// may be nearer than it seems. Where creases meet, a field changes less per pixel than its slope.
-const NEAR_EDGE: f64 = 1.0;
+pub const NEAR_EDGE: f64 = 1.0;
 /// Number of points along a side of a sample's square at which signs are counted.
 const COUNTS_PER_SIDE: u32 = 4;
 /// Number of points of a sample's square at which signs are counted.

@@ -1,6 +1,6 @@
 //! The stage `plane`: the field where each ray meets the plane through the view's centre.
 //!
-//! How much of a pixel a 2-D shape covers is found by [`super::plane_edges`].
+//! The coverage of pixels by a 2-D shape comes from [`super::plane_edges`].
 
 use super::normal::{set_lane, surface_in_lane};
 use super::plane_edges::{PlanePicture, PlaneValues, cover};

@@ -14,6 +14,9 @@ const COUNTS: usize = views::COUNTS as usize;
 /// Number of pixels whose points are evaluated at once.
 const PIXELS: usize = LANES / COUNTS;
 
+/// Ratio of a field's change per pixel to its largest change between neighbours, at most: √2, and rounding.
+const MAX_CHANGE_RATIO: f32 = 1.5;
+
 /// A picture of a plane, row after row.
 #[derive(Clone, Debug)]
 pub struct PlanePicture {
@@ -124,7 +127,7 @@ impl PlaneValues<'_> {
             }
         }
         // A change along both axes is at most √2 times the larger one.
-        !differ && field.abs() > 1.5 * largest
+        !differ && field.abs() > MAX_CHANGE_RATIO * views::NEAR_EDGE as f32 * largest
     }
 }
 
