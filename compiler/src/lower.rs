@@ -124,6 +124,7 @@ fn lower_for(
         material_sets,
         coverage,
         has_painted_cutters,
+        has_operands: false,
         is_uncut: false,
         underlay: None,
         doublings: 0,
@@ -135,6 +136,8 @@ fn lower_for(
         checked_for_inside: HashSet::new(),
         diagnostics: Vec::new(),
     };
+    let is_combination = |_, kind: &ShapeKind| matches!(kind, ShapeKind::Combine { .. });
+    lowering.has_operands = lowering.find_shape(shape, is_combination);
     let root = lowering.shape(shape, LocalPoint::world(world), ValueUse::Step);
     lowering.graph.root = root;
     lowering.warn_refuted_slopes(shape);
@@ -149,6 +152,8 @@ struct Lowering<'a> {
     coverage: Vec<Coverage>,
     /// For each shape, whether operands with a paint cut it or a part of it.
     has_painted_cutters: Vec<bool>,
+    /// Set if the shape contains combinations of several operands.
+    has_operands: bool,
     /// Set while bodies are lowered without their cutters, for their paint alone.
     is_uncut: bool,
     /// Value whose paint is shown by shapes without one.

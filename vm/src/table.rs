@@ -314,6 +314,7 @@ macro_rules! for_each_operation {
             Extrude "extrude" = dimension::extrude(d: Value, p: Point; half: Scalar) -> Value, prepare::halve_first, OpFacts {
                 language: Some(BuiltinSignature { name: "extrude", arguments: &[required("h", A::Length)] }),
                 bounds: BoundsRule::Map(map_bounds::extrude),
+                uses_only_signs: true,
                 flats: &[flat(2, 0)],
                 source: "I. Quilez, Distance Functions: extrusion",
                 ..DIMENSION

@@ -209,34 +209,57 @@ const BISECTION_COUNT: usize = 12;
 const SAMPLE_POINTS: usize = 400;
 
 /// Returns twice the slope that nine tenths of the sample points in a region do not exceed. Of a
-/// single number, nine tenths of the points where it is zero do not exceed it either. Points at
-/// which the numbers are flat are left out: clamped numbers are flat almost everywhere.
+/// single number, nine tenths of the points where it is zero do not exceed it either.
 pub(crate) fn estimated_slope(
     expressions: &Expressions,
     numbers: &[ExprId],
     region: &Bounds,
     ranges: &ParamRanges,
 ) -> f64 {
+    let [at_points, at_zeros] = slope_samples(expressions, numbers, region, ranges);
+    let ninth_decile = |sorted: Vec<f64>| sorted.get(sorted.len() * 9 / 10).copied();
+    let deciles = [at_points, at_zeros].into_iter().filter_map(ninth_decile);
+    let largest = deciles.reduce(f64::max);
+    largest.map_or(1.0, |slope| 2.0 * slope)
+}
+
+/// Returns the median slope of a number where it is zero in a region, or at sample points where no zero is
+/// found. A number times a factor has the median times the factor.
+pub(crate) fn surface_slope(
+    expressions: &Expressions,
+    number: ExprId,
+    region: &Bounds,
+    ranges: &ParamRanges,
+) -> Option<f64> {
+    let [at_points, at_zeros] = slope_samples(expressions, &[number], region, ranges);
+    let median = |sorted: Vec<f64>| sorted.get(sorted.len() / 2).copied();
+    median(at_zeros).or_else(|| median(at_points))
+}
+
+/// Returns the slopes of numbers at the sample points of a region, and those of a single number where it is zero
+/// between them, both in ascending order. Points at which the numbers are flat are left out: clamped numbers
+/// are flat almost everywhere.
+fn slope_samples(
+    expressions: &Expressions,
+    numbers: &[ExprId],
+    region: &Bounds,
+    ranges: &ParamRanges,
+) -> [Vec<f64>; 2] {
     let mut search = SlopeSearch::new(expressions, numbers, ranges);
     let points: Vec<_> = sample_points(region)
         .map(|point| (search.value_and_slope_at(point), point))
         .collect();
-    let ninth_decile = |slopes: &mut dyn Iterator<Item = f64>| {
-        let mut sorted: Vec<f64> = slopes
-            .filter(|slope| slope.is_finite() && *slope > 0.0)
-            .collect();
-        sorted.sort_by(f64::total_cmp);
-        sorted.get(sorted.len() * 9 / 10).copied()
-    };
-    let at_points = ninth_decile(&mut points.iter().map(|((_, slope), _)| *slope));
+    let at_points = points.iter().map(|((_, slope), _)| *slope).collect();
     let pairs = points.windows(2).filter(|_| numbers.len() == 1);
-    let mut zeros = pairs.filter_map(|pair| {
+    let at_zeros = pairs.filter_map(|pair| {
         let [((first, _), from), ((second, _), to)] = [pair[0], pair[1]];
         (first * second < 0.0).then(|| slope_at_zero(&mut search, [from, to], first))
     });
-    let at_zero = ninth_decile(&mut zeros);
-    let largest = [at_points, at_zero].into_iter().flatten().reduce(f64::max);
-    largest.map_or(1.0, |slope| 2.0 * slope)
+    [at_points, at_zeros.collect()].map(|mut slopes: Vec<f64>| {
+        slopes.retain(|slope| slope.is_finite() && *slope > 0.0);
+        slopes.sort_by(f64::total_cmp);
+        slopes
+    })
 }
 
 /// Returns the slope where a number changes its sign between two points; its value at the first one is

@@ -22,6 +22,7 @@ use sdfc_lang::{Diagnostic, Span, codes};
 use sdfc_vm::bounds::Bounds;
 use sdfc_vm::table::{Op, prepare};
 use std::collections::HashSet;
+use std::ops::RangeInclusive;
 
 /// Maximum ratio by which a bound that counts as one exceeds it, for rounding.
 const MAX_UNIT_RATIO: f64 = 1.0 + 1e-9;
@@ -31,6 +32,8 @@ const BEYOND_ALL_RAYS: f32 = 1e9;
 const MIN_SLOPE: f64 = 1e-18;
 /// Maximum slope that a message advises to state: steps for a greater one are too short to be useful.
 const MAX_STATED_SLOPE: f64 = 1e3;
+/// Slopes that are divided by in `f32`.
+const REPRESENTABLE_SLOPES: RangeInclusive<f64> = 1e-30..=1e30;
 /// Minimum ratio of two bounds for the smaller one to be used.
 const MIN_IMPROVEMENT: f64 = 1.25;
 /// Half side of a cube, in sizes of the scene. A finite shape that extends beyond it is treated as
@@ -52,9 +55,9 @@ const MIN_BOUNDED_RATIO: f64 = 64.0;
 impl Lowering<'_> {
     /// Converts a written value of a shape to a safe step to its surface.
     pub(super) fn step(&mut self, node: NodeId, id: ShapeId, local_point: LocalPoint) -> NodeId {
-        // Nothing marches on a 2-D shape that is the whole scene.
+        // Nothing marches on a 2-D scene.
         if self.scene.shapes[id.0 as usize].is_2d && self.scene.is_2d {
-            return node;
+            return self.comparable(node, id, local_point);
         }
         self.warn_without_inside(id);
         let discontinuous = self.discontinuous_number(id);
@@ -162,6 +165,34 @@ impl Lowering<'_> {
         )
     }
 
+    /// Divides an operand of a set operation by its slope at the surface. A factor on a raw field then changes
+    /// neither the order of operands inside several of them nor the edge of a thin one.
+    fn comparable(&mut self, node: NodeId, id: ShapeId, local_point: LocalPoint) -> NodeId {
+        let is_raw = |_, kind: &ShapeKind| matches!(kind, ShapeKind::Field { .. });
+        if !self.has_operands || !self.find_shape(id, is_raw) {
+            return node;
+        }
+        let number = match self.scene.shapes[id.0 as usize].kind {
+            ShapeKind::Field { value, .. } => Some(value),
+            _ => written_value(self.scene, id),
+        };
+        let bounds = self.boxes.get(SceneRef::from(&*self.scene), id);
+        let scene_box = Bounds::centred([self.slopes.size() * local_point.unit; 3]);
+        let common = bounds.intersection(&scene_box);
+        let region = if common.is_empty() { bounds } else { common };
+        let expressions = &self.scene.expressions;
+        let slope = number.and_then(|it| {
+            self.slopes
+                .at_surface(expressions, it, &near_region(&region))
+        });
+        match slope {
+            Some(slope) if REPRESENTABLE_SLOPES.contains(&slope) => {
+                self.divide_by_slope(node, slope, local_point)
+            }
+            _ => node,
+        }
+    }
+
     /// Restricts a value to the neighbourhood of its shape's box; farther out, the distance to the box
     /// is used.
     fn bounded(
@@ -237,7 +268,7 @@ impl Lowering<'_> {
     }
 
     /// Reports whether a condition holds for a shape or for one below it.
-    fn find_shape(
+    pub(super) fn find_shape(
         &self,
         root: ShapeId,
         mut condition: impl FnMut(ShapeId, &ShapeKind) -> bool,

@@ -1,6 +1,7 @@
 //! Equivalent texts in `tests/pairs`, drawn under two lights on the CPU, with cells and without.
 //!
-//! Each file contains one class, named by its first line. `# name` begins an entry; its texts are separated
+//! Each file contains one class, named by its first line. If that begins with "2-D", the texts are plane
+//! figures, drawn without a floor. `# name` begins an entry; its texts are separated
 //! by lines `=`. A line `// fault: 12 pixels, …` in an entry states how many pixels differ in the worst
 //! picture and what must be fixed. `// excused: 12 pixels, since …` states why the difference is correct.
 
@@ -16,6 +17,8 @@ use std::path::Path;
 const MIN_ENTRIES: usize = 10;
 /// Camera of all texts.
 const CAMERA: &str = "camera { from: [2.6, 2.2, 3.6], look: [0, -0.1, 0], fov: 42deg }\n";
+/// Camera and head of plane figures.
+const PLANE_HEAD: &str = "camera { look: [0, 0, 0], height: 3 }\n";
 /// A floor that receives shadows.
 const FLOOR: &str = "plane(Y, at: -1.3).color(#808078)";
 /// Lights under which texts are drawn.
@@ -39,13 +42,14 @@ struct Entry {
     excused: usize,
 }
 
-/// Returns the entries of a file.
-fn entries(path: &Path) -> Vec<Entry> {
+/// Returns the entries of a file, and whether they are plane figures.
+fn entries(path: &Path) -> (Vec<Entry>, bool) {
     let text = std::fs::read_to_string(path).expect("the file can be read");
     let mut lines = text.lines();
     let first = lines.next().unwrap_or_default();
     let is_sentence = first.starts_with("// ") && first.ends_with('.');
     assert!(is_sentence, "{}: {first}", path.display());
+    let is_plane = first.starts_with("// 2-D");
     let mut entries: Vec<Entry> = Vec::new();
     for line in lines {
         if let Some(name) = line.strip_prefix("# ") {
@@ -73,7 +77,7 @@ fn entries(path: &Path) -> Vec<Entry> {
             text.push('\n');
         }
     }
-    entries
+    (entries, is_plane)
 }
 
 /// Turns a text into a scene: a floor is added to its last expression.
@@ -85,17 +89,22 @@ fn on_floor(text: &str, head: &str) -> String {
 }
 
 /// Draws all texts of an entry and reports those that differ from the first.
-fn examine(class: &str, entry: &Entry) -> String {
+fn examine(class: &str, entry: &Entry, is_plane: bool) -> String {
     let mut engine = open(EngineKind::Cpu).expect("there is always a CPU");
     let mut report = String::new();
     let mut worst = 0;
-    for (light, head) in LIGHTS {
+    let lights = if is_plane { &LIGHTS[..1] } else { &LIGHTS };
+    for (light, head) in lights {
         let mut pictures = Vec::new();
         for (index, text) in entry.texts.iter().enumerate() {
             for cells in [CellMode::Never, CellMode::Always] {
                 let mut options = plain_options();
                 options.cells = cells;
-                let picture = draw(&mut *engine, &on_floor(text, head), &options);
+                let scene = match is_plane {
+                    true => format!("{PLANE_HEAD}{text}"),
+                    false => on_floor(text, head),
+                };
+                let picture = draw(&mut *engine, &scene, &options);
                 let picture =
                     picture.unwrap_or_else(|errors| panic!("{class}, {}: {errors}", entry.name));
                 pictures.push((format!("text {index}, cells {cells:?}"), picture));
@@ -136,12 +145,12 @@ fn texts_that_mean_the_same_are_the_same_picture() {
     let mut report = String::new();
     for path in paths {
         let class = crate::corpus::name(&path);
-        let entries = entries(&path);
+        let (entries, is_plane) = entries(&path);
         assert!(entries.len() >= MIN_ENTRIES, "{class}: {}", entries.len());
         for entry in entries {
             assert!(entry.texts.len() > 1, "{class}, {}", entry.name);
             if format!("{class}, {}", entry.name).contains(&only) {
-                report += &examine(&class, &entry);
+                report += &examine(&class, &entry, is_plane);
             }
         }
     }

@@ -8,7 +8,7 @@
 use super::region_bounds::RegionBounds;
 use super::{
     Budget, CappedField, MAX_SLOPE_RATIO, SlopeScope, capped_field, estimated_slope,
-    has_discontinuities, pieces, slope_bound, steepest_sample,
+    has_discontinuities, pieces, slope_bound, steepest_sample, surface_slope,
 };
 use crate::analysis::bounds::ShapeBounds;
 use crate::analysis::param_ranges::ParamRanges;
@@ -131,6 +131,16 @@ impl ShapeSlopes {
         let guess = self.compute(scene, boxes, id, region);
         self.is_estimating = false;
         if guess.is_finite() { guess } else { 1.0 }
+    }
+
+    /// Returns the median slope of a number at its surface in a region; see [`surface_slope`].
+    pub(crate) fn at_surface(
+        &self,
+        expressions: &Expressions,
+        number: ExprId,
+        region: &Bounds,
+    ) -> Option<f64> {
+        surface_slope(expressions, number, region, &self.ranges)
     }
 
     /// Returns the values by which rays march on a field whose slope has no bound in a region; see
