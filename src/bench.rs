@@ -8,6 +8,8 @@
 //! that no results are reused between them.
 
 mod chart;
+pub(crate) mod charts;
+mod findings;
 pub(crate) mod html;
 mod machine;
 pub(crate) mod markdown;

@@ -40,6 +40,7 @@ mod field;
 mod isolate;
 mod normal;
 mod pixel_class;
+mod sample;
 
 use crate::render::RenderSettings;
 use crate::work_stealing::parallel_map_with;
@@ -51,6 +52,7 @@ pub use camera::{ReferenceCamera, ReferenceRay};
 pub use errors::{PictureErrors, RenderedPixels, compare};
 pub use field::ReferenceField;
 pub use pixel_class::PixelClass;
+pub use sample::PixelSample;
 
 /// Limits of the work per ray.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -123,55 +125,93 @@ pub struct RayEnd {
     pub edge: bool,
 }
 
-/// The truth of a picture.
+/// The truth of a picture, or of a sample of its pixels.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct GroundTruth {
-    /// Width and height in pixels.
+    /// Width and height of the picture in pixels.
     pub size: [usize; 2],
-    /// Results of the rays of pixels with one sample each, row after row from the upper left.
-    pub rays: Vec<RayEnd>,
-    /// Classes of those pixels.
-    pub places: Vec<PixelClass>,
+    /// The pixels in ascending order.
+    pub pixels: Vec<TruePixel>,
+    /// Number of traced rays: those of the pixels and of their neighbours.
+    pub traced: usize,
     /// Number of evaluations of the field.
     pub evaluations: u64,
 }
 
+/// The truth of a pixel with one sample.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct TruePixel {
+    /// Index in the picture, row after row from the upper left.
+    pub index: usize,
+    /// Number of pixels that it stands for.
+    pub weight: f64,
+    /// Result of its ray.
+    pub ray: RayEnd,
+    /// Its class.
+    pub class: PixelClass,
+}
+
 impl GroundTruth {
-    /// Returns the number of undecided rays.
+    /// Returns the number of pixels whose ray is undecided.
     pub fn undecided(&self) -> usize {
-        let undecided = |ray: &&RayEnd| matches!(ray.outcome, Outcome::Undecided { .. });
-        self.rays.iter().filter(undecided).count()
+        let undecided = |pixel: &&TruePixel| matches!(pixel.ray.outcome, Outcome::Undecided { .. });
+        self.pixels.iter().filter(undecided).count()
     }
 }
 
-/// Traces the rays of all pixels, one sample each, on all cores; the result does not depend on their
-/// number. `module` is as [`Module::update`] left it, and `settings` are those of the picture
-/// ([`crate::settings::resolve`]).
+/// Traces the rays of all pixels, one sample each; see [`trace_sample`].
 pub fn trace(module: &Module, settings: &RenderSettings, options: &TraceOptions) -> GroundTruth {
+    let sample = PixelSample::all(settings.size.map(|side| side as usize));
+    trace_sample(module, settings, &sample, options)
+}
+
+/// Traces the rays of a sample of pixels and of their neighbours, one sample each, on all cores. The result does
+/// not depend on their number. `module` is as [`Module::update`] left it, and `settings` are those of the picture
+/// ([`crate::settings::resolve`]).
+pub fn trace_sample(
+    module: &Module,
+    settings: &RenderSettings,
+    sample: &PixelSample,
+    options: &TraceOptions,
+) -> GroundTruth {
     let field = ReferenceField::from_module(module);
     let camera = ReferenceCamera::new(settings);
-    let [width, height] = settings.size.map(|side| side as usize);
+    let [width, height] = sample.size;
+    let mut is_needed = vec![false; width * height];
+    for &(index, _) in &sample.pixels {
+        for neighbor in pixel_class::neighborhood(index, width, height) {
+            is_needed[neighbor] = true;
+        }
+    }
     let rows = parallel_map_with(
         height,
         || ReferenceTracer::new(&field, options),
         |tracer, y| {
-            let pixels = (0..width).map(|x| [x as f64, y as f64]);
             let evaluations_before = tracer.evaluator.evaluations;
-            let row: Vec<RayEnd> = pixels
-                .map(|pixel| {
-                    let ray = camera.ray(pixel, [0.0, 0.0]);
-                    tracer.ray(&ray, settings.far, |t| camera.half_pixel(t))
+            let row: Vec<Option<RayEnd>> = (0..width)
+                .map(|x| {
+                    let ray = camera.ray([x as f64, y as f64], [0.0, 0.0]);
+                    let mut trace = || tracer.ray(&ray, settings.far, |t| camera.half_pixel(t));
+                    is_needed[y * width + x].then(&mut trace)
                 })
                 .collect();
             (row, tracer.evaluator.evaluations - evaluations_before)
         },
     );
     let evaluations = rows.iter().map(|(_, evaluations)| evaluations).sum();
-    let rays: Vec<RayEnd> = rows.into_iter().flat_map(|(row, _)| row).collect();
+    let rays: Vec<Option<RayEnd>> = rows.into_iter().flat_map(|(row, _)| row).collect();
+    let pixels = sample.pixels.iter().filter_map(|&(index, weight)| {
+        Some(TruePixel {
+            index,
+            weight,
+            ray: rays[index]?,
+            class: pixel_class::classify(&rays, width, index, &camera),
+        })
+    });
     GroundTruth {
-        size: [width, height],
-        places: pixel_class::places(&rays, width, &camera),
-        rays,
+        size: sample.size,
+        pixels: pixels.collect(),
+        traced: rays.iter().flatten().count(),
         evaluations,
     }
 }

@@ -1,9 +1,10 @@
 //! The report as one self-contained HTML file: charts are embedded, and nothing is loaded.
 
 use super::BenchReport;
-use super::chart::{Chart, ChartPoint, Series};
+use super::chart::Chart;
+use super::charts;
+use super::findings::findings;
 use super::markdown::{LEGEND, chosen_settings, provenance, ray_summary, suite_title};
-use super::scene_report::SceneReport;
 use super::table::{self, escaped};
 use std::fmt::Write;
 
@@ -20,6 +21,11 @@ pub(crate) fn page(report: &BenchReport) -> Result<String, String> {
     }
     let _ = write!(text, "</ul>\n<h2>{}</h2>\n", suite_title(report));
     text.push_str(&suite_charts(report)?);
+    text.push_str("<ul>\n");
+    for finding in findings(report) {
+        let _ = writeln!(text, "<li>{}</li>", code_spans(&finding));
+    }
+    text.push_str("</ul>\n");
     text.push_str("<details><summary>Terms</summary>\n");
     for paragraph in LEGEND {
         let _ = writeln!(text, "<p>{}</p>", code_spans(paragraph));
@@ -43,8 +49,7 @@ pub(crate) fn page(report: &BenchReport) -> Result<String, String> {
         );
     }
     for device in &report.devices {
-        let rows = report.suite.rows.iter();
-        let table = table::suite_table(rows.filter(|row| row.engine == device.engine));
+        let table = table::suite_table(report.suite.of_engine(device.engine));
         let _ = write!(text, "<h3>{}</h3>\n{}", device.engine, table.html());
     }
     text.push_str("<h2>Each scene</h2>\n");
@@ -54,7 +59,7 @@ pub(crate) fn page(report: &BenchReport) -> Result<String, String> {
             "<details><summary>{}</summary>\n<p>{}</p>\n{}{}</details>\n",
             escaped(&scene.scene),
             ray_summary(scene),
-            scene_chart(report, scene)?,
+            embedded(&charts::of_scene(report, scene))?,
             table::scene_table(scene.rows.iter()).html()
         );
     }
@@ -93,85 +98,18 @@ summary { cursor: pointer; padding: 0.35rem 0; font-weight: 600; }
 
 /// Returns the charts over all scenes.
 fn suite_charts(report: &BenchReport) -> Result<String, String> {
-    let series = |point: fn(&super::suite::SuiteRow) -> ChartPoint| -> Vec<Series> {
-        let engine = |device: &super::EngineDevice| Series {
-            name: device.engine,
-            points: report
-                .suite
-                .rows
-                .iter()
-                .filter(|row| row.engine == device.engine)
-                .map(point)
-                .collect(),
-        };
-        report.devices.iter().map(engine).collect()
-    };
-    let charts = [
-        Chart {
-            title: "Time against error; lines are the Pareto fronts".to_owned(),
-            x_label: "milliseconds per picture, mean of the scenes",
-            y_label: "depth error p99, median of the scenes",
-            series: series(|row| ChartPoint {
-                cost: row.milliseconds,
-                error: row.depth_p99,
-                on_front: row.front_of_time,
-                is_default: row.default,
-            }),
-        },
-        Chart {
-            title: "Work against error; lines are the Pareto fronts".to_owned(),
-            x_label: "evaluations per pixel, mean of the scenes",
-            y_label: "depth error p99, median of the scenes",
-            series: series(|row| ChartPoint {
-                cost: row.evaluations,
-                error: row.depth_p99,
-                on_front: row.front_of_evaluations,
-                is_default: row.default,
-            }),
-        },
-        Chart {
-            title: "Work against visible difference".to_owned(),
-            x_label: "evaluations per pixel, mean of the scenes",
-            y_label: "ꟻLIP, mean of the scenes",
-            series: series(|row| ChartPoint {
-                cost: row.evaluations,
-                error: row.picture,
-                on_front: false,
-                is_default: row.default,
-            }),
-        },
-    ];
     let mut text = String::from("<div class=\"charts\">\n");
-    for chart in charts {
-        text.push_str(&chart.svg()?);
+    for chart in charts::of_suite(report) {
+        text.push_str(&embedded(&chart)?);
     }
     text.push_str("</div>\n");
     Ok(text)
 }
 
-/// Returns the chart of one scene.
-fn scene_chart(report: &BenchReport, scene: &SceneReport) -> Result<String, String> {
-    let engine = |device: &super::EngineDevice| Series {
-        name: device.engine,
-        points: scene
-            .rows
-            .iter()
-            .filter(|row| row.engine == device.engine)
-            .map(|row| ChartPoint {
-                cost: row.measured.milliseconds,
-                error: row.error(),
-                on_front: row.front_of_time,
-                is_default: row.default,
-            })
-            .collect(),
-    };
-    let chart = Chart {
-        title: format!("{}: time against error", scene.scene),
-        x_label: "milliseconds per picture",
-        y_label: "depth error p99",
-        series: report.devices.iter().map(engine).collect(),
-    };
-    chart.svg()
+/// Returns a chart within HTML, where the namespace is implied.
+fn embedded(chart: &Chart) -> Result<String, String> {
+    let svg = chart.svg()?;
+    Ok(svg.replace(" xmlns=\"http://www.w3.org/2000/svg\"", ""))
 }
 
 /// Converts a paragraph of Markdown, in which only code is marked.

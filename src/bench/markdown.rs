@@ -1,7 +1,7 @@
-//! The report as Markdown: all settings over all scenes, and for each scene the default and the settings on a
-//! front.
+//! The report as Markdown: a page of what follows, all settings over all scenes, and the default of each scene.
 
 use super::BenchReport;
+use super::findings::findings;
 use super::scene_report::SceneReport;
 use super::table;
 use sdfc_runtime::render::RenderSettings;
@@ -10,7 +10,9 @@ use std::fmt::Write;
 /// Explanations of the words in the tables, a paragraph each.
 pub(crate) const LEGEND: [&str; 6] = [
     "Errors are measured against the truth that the engine `reference` proves with intervals in double \
-     precision. It traces one ray through the centre of each pixel, and undecided rays are left out. \
+     precision, with one ray per pixel, for a sample of the pixels. Tiles at edges are sampled more densely, and \
+     each pixel counts for as many as it stands for, so numbers of rays are estimates for entire pictures. \
+     Undecided rays are left out. \
      The row `default` has the scene's own settings. Each other row changes the named setting only.",
     "`threshold` is the distance to a surface at which a ray starts to look for the root, as a fraction \
      of half a pixel. `plain steps` is sphere tracing without relaxation. `lod` simplifies details below \
@@ -26,28 +28,26 @@ pub(crate) const LEGEND: [&str; 6] = [
     "`ꟻLIP` is the mean perceptual difference (Andersson and others, 2020) between the shaded picture \
      and one with the finest settings. It is between 0 (equal) and 1.",
     "A setting is on the `front` of time or of evaluations if no other on its engine has at most its cost \
-     and at most its `depth p99`. Over all scenes, times and evaluations are means, rays are \
-     sums, and errors are medians of the scenes.",
+     and at most its `depth p99`. Over all scenes, times are geometric means, evaluations are means, rays \
+     are sums, and errors are medians of the scenes.",
 ];
 
-/// Returns the complete report.
-pub(crate) fn page(report: &BenchReport) -> String {
+/// Returns the complete report. `chart` is the name of a picture beside it.
+pub(crate) fn page(report: &BenchReport, chart: Option<&str>) -> String {
     let mut text = String::from("# Speed against error\n\n");
-    let _ = writeln!(text, "Made by\n\n```sh\n{}\n```\n", report.command);
+    if let Some(name) = chart {
+        let _ = writeln!(text, "![Time against error]({name})\n");
+    }
+    for finding in findings(report) {
+        let _ = writeln!(text, "- {finding}");
+    }
+    let _ = writeln!(text, "\nMade by\n\n```sh\n{}\n```\n", report.command);
     for line in provenance(report) {
         let _ = writeln!(text, "- {line}");
     }
     text.push('\n');
     for paragraph in LEGEND {
         let _ = writeln!(text, "{paragraph}\n");
-    }
-    if !report.suite.steps.is_empty() {
-        let rules = table::steps_table(&report.suite.steps);
-        let _ = writeln!(
-            text,
-            "## Relaxed steps against plain ones\n\n{}",
-            rules.markdown()
-        );
     }
     let choices: Vec<_> = chosen_settings(report).collect();
     if let (false, Some(pixels)) = (choices.is_empty(), report.tolerance) {
@@ -60,22 +60,22 @@ pub(crate) fn page(report: &BenchReport) -> String {
     }
     let _ = writeln!(text, "## {}\n", suite_title(report));
     for device in &report.devices {
-        let rows = report.suite.rows.iter();
-        let table = table::suite_table(rows.filter(|row| row.engine == device.engine));
+        let table = table::suite_table(report.suite.of_engine(device.engine));
         let _ = writeln!(text, "### {}\n\n{}", device.engine, table.markdown());
     }
-    text.push_str("## Each scene\n\nThe default, and the settings on a front.\n\n");
-    for scene in &report.scenes {
-        let rows = scene.rows.iter();
-        let shown = rows.filter(|row| row.default || row.front_of_time || row.front_of_evaluations);
+    if !report.suite.steps.is_empty() {
+        let rules = table::steps_table(&report.suite.steps);
         let _ = writeln!(
             text,
-            "### {}\n\n{}\n\n{}",
-            scene.scene,
-            ray_summary(scene),
-            table::scene_table(shown).markdown()
+            "### Relaxed steps against plain ones\n\n{}",
+            rules.markdown()
         );
     }
+    let _ = writeln!(
+        text,
+        "## The default of each scene\n\nAll settings are in the report that `--report` writes.\n\n{}",
+        table::overview_table(&report.scenes).markdown()
+    );
     text.truncate(text.trim_end().len());
     text.push('\n');
     text
@@ -124,8 +124,9 @@ pub(crate) fn ray_summary(scene: &SceneReport) -> String {
     let [width, height] = scene.size;
     let truth = &scene.truth;
     format!(
-        "{width}x{height}: {} rays hit, {} miss, {} are undecided; the reference took {:.0} \
-         evaluations per pixel, {:.1} s.",
+        "{width}x{height}: of {} sampled pixels {} hit, {} miss, {} are undecided; the reference took \
+         {:.0} evaluations per ray, {:.1} s.",
+        truth.sampled,
         truth.hits,
         truth.misses,
         truth.undecided,

@@ -41,7 +41,7 @@ pub(crate) struct Measurement {
 }
 
 /// Total duration after which no further rounds of a setting begin.
-const MAX_TIMING_DURATION: Duration = Duration::from_secs(4);
+const MAX_TIMING_DURATION: Duration = Duration::from_secs(2);
 /// Shift of the camera between two timed pictures, as a fraction of the distance to its target.
 const CAMERA_SHIFT_FRACTION: f64 = 1e-4;
 
@@ -83,20 +83,20 @@ impl Baseline {
     /// Returns the errors of depths, at smooth pixels where both hit, in sides of a pixel.
     fn depth_errors_in_pixels(&self, image: &Image, settings: &RenderSettings) -> Percentiles {
         let camera = ReferenceCamera::new(settings);
-        let rays = self.truth.rays.iter().zip(&self.truth.places);
-        let errors =
-            rays.zip(&image.depth)
-                .filter_map(|((ray, place), &depth)| match ray.outcome {
-                    Outcome::Hit { t0, t1 }
-                        if *place == PixelClass::Smooth && depth.is_finite() =>
-                    {
-                        let middle = t0 + (t1 - t0) / 2.0;
-                        let side = 2.0 * camera.half_pixel(middle);
-                        Some((f64::from(depth) - middle).abs() / side)
-                    }
-                    _ => None,
-                });
-        Percentiles::from_values(errors.collect())
+        let smooth = self.truth.pixels.iter().filter_map(|pixel| {
+            let depth = *image.depth.get(pixel.index)?;
+            match pixel.ray.outcome {
+                Outcome::Hit { t0, t1 }
+                    if pixel.class == PixelClass::Smooth && depth.is_finite() =>
+                {
+                    let middle = t0 + (t1 - t0) / 2.0;
+                    let side = 2.0 * camera.half_pixel(middle);
+                    Some(((f64::from(depth) - middle).abs() / side, pixel.weight))
+                }
+                _ => None,
+            }
+        });
+        Percentiles::from_weighted(smooth.collect())
     }
 }
 

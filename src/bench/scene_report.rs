@@ -10,8 +10,8 @@ use crate::failure::Failure;
 use crate::scene::{self, BuildArgs, OpenedScene, lod};
 use crate::terminal::Terminal;
 use sdfc_runtime::engine::{Engine, EngineKind};
-use sdfc_runtime::reference::{self, trace};
-use sdfc_runtime::render::RenderSettings;
+use sdfc_runtime::reference::{Outcome, PixelSample, TraceOptions, TruePixel, trace_sample};
+use sdfc_runtime::render::{Image, RenderSettings};
 use sdfc_runtime::settings::{CameraChanges, Overrides, resolve};
 use serde::Serialize;
 use std::path::Path;
@@ -21,6 +21,8 @@ use std::path::Path;
 pub(crate) struct MeasureOptions {
     /// Width of the pictures in pixels; their shape is that of the scene.
     pub(crate) width: u32,
+    /// Minimum number of pixels whose rays are proved, or all of a picture that has fewer.
+    pub(crate) samples: usize,
     /// Maximum number of pictures in the median of a time.
     pub(crate) rounds: usize,
     /// The requested error of settings, in pixels.
@@ -44,16 +46,18 @@ pub(crate) struct SceneReport {
     pub(crate) choices: Vec<ChosenSetting>,
 }
 
-/// Results of the reference for a scene's rays.
+/// Results of the reference for a sample of a scene's pixels.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub(crate) struct TruthSummary {
-    /// Number of rays that are proved to hit.
+    /// Number of pixels in the sample.
+    pub(crate) sampled: usize,
+    /// Number of those whose rays are proved to hit.
     pub(crate) hits: usize,
-    /// Number of rays that are proved to miss.
+    /// Number of those whose rays are proved to miss.
     pub(crate) misses: usize,
-    /// Number of other rays.
+    /// Number of the others.
     pub(crate) undecided: usize,
-    /// Evaluations of the field on intervals, per pixel.
+    /// Evaluations of the field on intervals, per ray.
     pub(crate) evaluations: f64,
     /// Its duration.
     pub(crate) milliseconds: f64,
@@ -71,27 +75,31 @@ pub(crate) fn measure_scene(
     let build = &build.for_camera(&options.camera_changes);
     let opened = scene::open(path, build, terminal)?;
     let settings = settings(path, &opened, options)?;
+    let finest = finest(&opened, &settings)?;
+    let size = settings.size.map(|side| side as usize);
+    let sample = PixelSample::stratified(size, &finest.depth, options.samples);
     let (truth, milliseconds) = timed(|| {
-        trace(
+        trace_sample(
             opened.module(),
             &settings,
-            &reference::TraceOptions::default(),
+            &sample,
+            &TraceOptions::default(),
         )
     });
-    let pixels = truth.rays.len().max(1) as f64;
-    let count_outcomes = |test: fn(&reference::Outcome) -> bool| {
-        let outcomes = truth.rays.iter().map(|ray| &ray.outcome);
-        outcomes.filter(|outcome| test(outcome)).count()
+    let count_outcomes = |test: fn(&TruePixel) -> bool| {
+        let pixels = truth.pixels.iter();
+        pixels.filter(|pixel| test(pixel)).count()
     };
     let summary = TruthSummary {
-        hits: count_outcomes(|outcome| matches!(outcome, reference::Outcome::Hit { .. })),
-        misses: count_outcomes(|outcome| matches!(outcome, reference::Outcome::Miss)),
+        sampled: truth.pixels.len(),
+        hits: count_outcomes(|pixel| matches!(pixel.ray.outcome, Outcome::Hit { .. })),
+        misses: count_outcomes(|pixel| matches!(pixel.ray.outcome, Outcome::Miss)),
         undecided: truth.undecided(),
-        evaluations: truth.evaluations as f64 / pixels,
+        evaluations: truth.evaluations as f64 / truth.traced.max(1) as f64,
         milliseconds,
     };
     let baseline = Baseline {
-        finest: finest(&opened, &settings)?,
+        finest: finest.rgba8(),
         truth,
     };
     let job = SweepJob {
@@ -123,7 +131,7 @@ pub(crate) fn measure_scene(
     })
 }
 
-/// Returns the settings of a small picture, one sample per pixel.
+/// Returns the settings of a picture with one sample per pixel.
 fn settings(
     path: &Path,
     opened: &OpenedScene,
@@ -151,13 +159,12 @@ fn settings(
     })
 }
 
-/// Returns the bytes of the picture with which others are compared.
-fn finest(opened: &OpenedScene, settings: &RenderSettings) -> Result<Vec<u8>, Failure> {
+/// Returns the picture with which others are compared.
+fn finest(opened: &OpenedScene, settings: &RenderSettings) -> Result<Image, Failure> {
     let mut cpu = engine::open(EngineKind::Cpu, ArithmeticArgs::default())?;
     engine::load(&mut *cpu, opened)?;
     let settings = RenderSettingsVariant::finest().applied(settings);
-    let image = cpu.render(&settings, &|_| {}).map_err(engine::to_failure)?;
-    Ok(image.rgba8())
+    cpu.render(&settings, &|_| {}).map_err(engine::to_failure)
 }
 
 /// The work for each engine.

@@ -26,12 +26,14 @@ pub(crate) struct SuiteRow {
     pub(crate) default: bool,
     /// Number of scenes drawn with it.
     pub(crate) scenes: usize,
+    /// Number of pixels in those pictures.
+    pub(crate) pixels: usize,
     /// True if nothing on this engine, with as many scenes, is both faster and nearer to the truth.
     pub(crate) front_of_time: bool,
     /// True if nothing on this engine, with as many scenes, takes fewer evaluations and is nearer to the
     /// truth.
     pub(crate) front_of_evaluations: bool,
-    /// Mean time of a picture.
+    /// Geometric mean of the times of a picture.
     pub(crate) milliseconds: f64,
     /// Mean number of evaluations per pixel.
     pub(crate) evaluations: f64,
@@ -82,6 +84,11 @@ pub(crate) struct StepRule {
 }
 
 impl Suite {
+    /// Returns the settings of one engine.
+    pub(crate) fn of_engine(&self, engine: &str) -> impl Iterator<Item = &SuiteRow> {
+        self.rows.iter().filter(move |row| row.engine == engine)
+    }
+
     /// Returns the suite of these scenes.
     pub(crate) fn from_scenes(scenes: &[SceneReport]) -> Self {
         let mut kinds: Vec<(&'static str, &str)> = Vec::new();
@@ -123,9 +130,10 @@ fn row(engine: &'static str, setting: &str, rows: &[&SettingRow]) -> SuiteRow {
         setting: setting.to_owned(),
         default: rows.iter().all(|row| row.default),
         scenes: rows.len(),
+        pixels: sum(|row| row.measured.errors.pixels),
         front_of_time: false,
         front_of_evaluations: false,
-        milliseconds: mean(|row| row.measured.milliseconds),
+        milliseconds: mean(|row| row.measured.milliseconds.ln()).exp(),
         evaluations: mean(|row| row.measured.evaluations),
         ray_evaluations: mean(|row| row.measured.ray_evaluations),
         mismatches: sum(|row| row.measured.errors.mismatches()),

@@ -1,6 +1,7 @@
 //! Tables of measurements, in Markdown and in HTML.
 
 use super::measure::SettingRow;
+use super::scene_report::SceneReport;
 use super::suite::{StepRule, SuiteRow};
 use super::tolerance::ChosenSetting;
 use std::fmt::Write;
@@ -181,6 +182,52 @@ pub(crate) fn scene_table<'a>(rows: impl Iterator<Item = &'a SettingRow>) -> Tab
     table
 }
 
+/// Returns the default of each scene on each engine.
+pub(crate) fn overview_table(scenes: &[SceneReport]) -> Table {
+    let mut table = Table::new(
+        2,
+        &[
+            "scene",
+            "engine",
+            "ms",
+            "first ms",
+            "evaluations/px",
+            "sampled",
+            "undecided",
+            "wrong rays",
+            "off silhouettes",
+            "depth p99",
+            "smooth p99, ulp",
+            "normals p99",
+            "step cap",
+            "far",
+        ],
+    );
+    for scene in scenes {
+        for row in scene.rows.iter().filter(|row| row.default) {
+            let (measured, errors) = (&row.measured, &row.measured.errors);
+            let cells = vec![
+                scene.scene.clone(),
+                row.engine.to_owned(),
+                number(measured.milliseconds),
+                number(measured.first_milliseconds),
+                number(measured.evaluations),
+                scene.truth.sampled.to_string(),
+                scene.truth.undecided.to_string(),
+                errors.mismatches().to_string(),
+                errors.mismatches_inside.to_string(),
+                fraction(errors.depth.p99),
+                number(errors.depth_ulps.p99),
+                degrees(errors.normals.p99),
+                errors.step_caps.to_string(),
+                measured.at_far.to_string(),
+            ];
+            table.rows.push((cells, false));
+        }
+    }
+    table
+}
+
 /// Returns the gain of relaxed steps.
 pub(crate) fn steps_table(rules: &[StepRule]) -> Table {
     let mut table = Table::new(
@@ -263,7 +310,7 @@ fn fronts(time: bool, evaluations: bool) -> String {
 }
 
 /// Formats a number with about three digits.
-fn number(value: f64) -> String {
+pub(super) fn number(value: f64) -> String {
     match value.abs() {
         0.0 => "0".to_owned(),
         size if size < 0.01 => format!("{value:.1e}"),
@@ -275,7 +322,7 @@ fn number(value: f64) -> String {
 }
 
 /// Formats a fraction of a depth.
-fn fraction(value: f64) -> String {
+pub(super) fn fraction(value: f64) -> String {
     if value == 0.0 {
         "0".to_owned()
     } else {

@@ -2,7 +2,7 @@
 
 use super::camera::CameraArgs;
 use crate::bench::scene_report::{MeasureOptions, SceneReport, devices, measure_scene};
-use crate::bench::{BenchReport, html, markdown, tolerance};
+use crate::bench::{BenchReport, charts, html, markdown, tolerance};
 use crate::engine::{self, ArithmeticArgs};
 use crate::failure::{Failure, on_each};
 use crate::output;
@@ -29,9 +29,14 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "ENGINES", value_delimiter = ',', value_parser = kind)]
     engines: Vec<EngineKind>,
     /// Width of the pictures in pixels; their aspect ratio is the scene's.
-    #[arg(long, value_name = "PIXELS", default_value_t = 160,
+    #[arg(long, value_name = "PIXELS", default_value_t = 960,
         value_parser = clap::value_parser!(u32).range(8..=4096))]
     width: u32,
+    /// Number of pixels whose true depth is proved, in tiles all over the picture and denser at edges; all of a
+    /// picture that has fewer.
+    #[arg(long, value_name = "N", default_value_t = 4096,
+        value_parser = clap::value_parser!(u32).range(16..))]
+    samples: u32,
     #[command(flatten)]
     camera_changes: CameraArgs,
     /// Number of pictures whose median time is reported; fewer where they take seconds.
@@ -44,7 +49,7 @@ pub(crate) struct Arguments {
     /// Write the report with charts as one HTML file.
     #[arg(long, value_name = "FILE")]
     report: Option<PathBuf>,
-    /// Write the report as Markdown.
+    /// Write the report as Markdown, and its chart beside it as an SVG file of the same name.
     #[arg(long, value_name = "FILE")]
     markdown: Option<PathBuf>,
     /// Print all measurements as JSON.
@@ -66,7 +71,8 @@ fn kind(name: &str) -> Result<EngineKind, String> {
 }
 
 pub(crate) fn run(arguments: &Arguments, terminal: &Terminal) -> Result<(), Failure> {
-    for path in [&arguments.report, &arguments.markdown]
+    let chart = arguments.markdown.as_deref().and_then(chart_path);
+    for path in [&arguments.report, &arguments.markdown, &chart]
         .into_iter()
         .flatten()
     {
@@ -75,6 +81,7 @@ pub(crate) fn run(arguments: &Arguments, terminal: &Terminal) -> Result<(), Fail
     let mut engines = engines(&arguments.engines, terminal)?;
     let options = MeasureOptions {
         width: arguments.width,
+        samples: arguments.samples as usize,
         rounds: arguments.rounds as usize,
         tolerance: arguments.tolerance,
         camera_changes: arguments.camera_changes.changes(),
@@ -164,21 +171,33 @@ fn report_choices(report: &BenchReport, terminal: &Terminal) {
     }
 }
 
+/// Returns the file of the chart beside a report; `None` beside standard output.
+fn chart_path(markdown: &Path) -> Option<PathBuf> {
+    (markdown != Path::new("-")).then(|| markdown.with_extension("svg"))
+}
+
 /// Writes and prints the requested reports.
 fn deliver(report: &BenchReport, arguments: &Arguments) -> Result<(), Failure> {
     let write = |to: &Path, text: String| output::deliver(Some(to), text.as_bytes(), true);
+    let drawn = |chart: Result<String, String>| {
+        chart.map_err(|error| Failure::Input(format!("a chart failed: {error}")))
+    };
     if let Some(to) = &arguments.report {
-        let page = html::page(report);
-        let page = page.map_err(|error| Failure::Input(format!("a chart failed: {error}")))?;
-        write(to, page)?;
+        write(to, drawn(html::page(report))?)?;
     }
     if let Some(to) = &arguments.markdown {
-        write(to, markdown::page(report))?;
+        let chart = chart_path(to);
+        if let Some(chart) = &chart {
+            write(chart, drawn(charts::time_against_error(report).svg())?)?;
+        }
+        let name = chart.as_deref().and_then(Path::file_name);
+        let name = name.map(|name| name.to_string_lossy());
+        write(to, markdown::page(report, name.as_deref()))?;
     }
     if arguments.json {
         output::print_json(report)
     } else if arguments.report.is_none() && arguments.markdown.is_none() {
-        output::print(markdown::page(report))
+        output::print(markdown::page(report, None))
     } else {
         Ok(())
     }

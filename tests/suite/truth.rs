@@ -41,7 +41,7 @@ fn pictures_of_all_engines_are_near_the_truth() {
         let settings = resolve(&compiled.module, &uniform_values, &overrides);
         let settings = settings.unwrap_or_else(|error| panic!("{name}: {error}"));
         let truth = trace(&compiled.module, &settings, &TraceOptions::default());
-        let share = 100.0 * truth.undecided() as f64 / truth.rays.len() as f64;
+        let share = 100.0 * truth.undecided() as f64 / truth.pixels.len() as f64;
         if share > MAX_UNDECIDED_PERCENT {
             wrong.push(format!("{name}: {share:.1} % of the rays are undecided"));
         }

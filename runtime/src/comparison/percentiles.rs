@@ -20,14 +20,29 @@ pub struct Percentiles {
 
 impl Percentiles {
     /// Computes the percentiles of values; NaN counts as larger than all others.
-    pub fn from_values(mut numbers: Vec<f64>) -> Self {
-        numbers.sort_by(f64::total_cmp);
+    pub fn from_values(values: Vec<f64>) -> Self {
+        Self::from_weighted(values.into_iter().map(|value| (value, 1.0)).collect())
+    }
+
+    /// Computes the percentiles of values, each with a number of values that it stands for. NaN counts as
+    /// larger than all others.
+    pub fn from_weighted(mut values: Vec<(f64, f64)>) -> Self {
+        values.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let mut total = 0.0;
+        let sums: Vec<f64> = values
+            .iter()
+            .map(|(_, weight)| {
+                total += weight;
+                total
+            })
+            .collect();
         let percentile = |fraction: f64| {
-            let rank = (fraction * numbers.len() as f64).ceil() as usize;
-            numbers.get(rank.saturating_sub(1)).copied().unwrap_or(0.0)
+            let rank = sums.partition_point(|sum| *sum < fraction * total);
+            let value = values.get(rank).or(values.last());
+            value.map_or(0.0, |(value, _)| *value)
         };
         Self {
-            count: numbers.len(),
+            count: values.len(),
             p50: percentile(0.5),
             p99: percentile(0.99),
             p999: percentile(0.999),
@@ -57,5 +72,15 @@ mod tests {
         assert_eq!((spread.p999, spread.max), (998.0, 999.0));
         assert_eq!(Percentiles::from_values(vec![]), Percentiles::default());
         assert!(Percentiles::from_values(vec![f64::NAN, 1.0]).max.is_nan());
+    }
+
+    #[test]
+    fn a_weight_counts_as_that_many_values() {
+        let weighted = Percentiles::from_weighted(vec![(3.0, 1.0), (1.0, 90.0), (2.0, 9.0)]);
+        let mut values = vec![1.0; 90];
+        values.extend([2.0; 9]);
+        values.push(3.0);
+        let single = Percentiles::from_values(values);
+        assert_eq!(weighted, Percentiles { count: 3, ..single });
     }
 }

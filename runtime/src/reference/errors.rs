@@ -38,11 +38,13 @@ impl<'a> From<&'a Geometry> for RenderedPixels<'a> {
 }
 
 /// Differences between a picture and the truth. Undecided rays are not compared. [`PixelClass`] defines
-/// silhouettes and smooth pixels.
+/// silhouettes and smooth pixels. With the truth of a sample, numbers of pixels are estimates for the picture.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct PictureErrors {
     /// Number of pixels.
     pub pixels: usize,
+    /// Number of pixels whose truth is known.
+    pub sampled: usize,
     /// Pixels whose rays are proved to hit.
     pub hits: usize,
     /// Pixels whose rays are proved to miss.
@@ -83,66 +85,117 @@ impl PictureErrors {
 /// are not compared.
 pub fn compare<'a>(truth: &GroundTruth, drawn: impl Into<RenderedPixels<'a>>) -> PictureErrors {
     let drawn = drawn.into();
-    let pixels = truth.rays.len().min(drawn.depth.len());
-    let mut errors = PictureErrors {
-        pixels,
-        ..PictureErrors::default()
-    };
+    let mut counts = Counts::default();
     let (mut depth, mut depth_smooth) = (Vec::new(), Vec::new());
     let (mut depth_ulps, mut normals) = (Vec::new(), Vec::new());
-    for pixel in 0..pixels {
-        let t = drawn.depth[pixel];
-        let normal = drawn.normal.get(pixel).copied().unwrap_or_default();
-        let status = drawn.status.get(pixel).copied().unwrap_or_default();
-        let nan = t.is_nan() || normal.iter().any(|v| v.is_nan());
-        errors.nans += usize::from(nan || status == Status::NotANumber);
-        errors.step_caps += usize::from(status == Status::StepCap);
-        let class = truth.places[pixel];
-        errors.inside += usize::from(class != PixelClass::Silhouette);
-        let ray = &truth.rays[pixel];
+    let known = truth.pixels.iter();
+    for pixel in known.filter(|pixel| pixel.index < drawn.depth.len()) {
+        let (weight, ray) = (pixel.weight, &pixel.ray);
+        let t = drawn.depth[pixel.index];
+        let is_silhouette = pixel.class == PixelClass::Silhouette;
+        counts.sampled += 1;
+        counts.pixels += weight;
+        counts.inside += if is_silhouette { 0.0 } else { weight };
+        let mismatch_inside = if is_silhouette { 0.0 } else { weight };
         let (t0, t1) = match (ray.outcome, t.is_finite()) {
             (Outcome::Undecided { .. }, _) => {
-                errors.undecided += 1;
+                counts.undecided += weight;
                 continue;
             }
             (Outcome::Miss, false) => {
-                errors.misses += 1;
+                counts.misses += weight;
                 continue;
             }
             (Outcome::Miss, true) => {
-                errors.misses += 1;
-                errors.false_hits += 1;
-                errors.mismatches_inside += usize::from(class != PixelClass::Silhouette);
+                counts.misses += weight;
+                counts.false_hits += weight;
+                counts.mismatches_inside += mismatch_inside;
                 continue;
             }
             (Outcome::Hit { .. }, false) => {
-                errors.hits += 1;
-                errors.false_misses += 1;
-                errors.mismatches_inside += usize::from(class != PixelClass::Silhouette);
+                counts.hits += weight;
+                counts.false_misses += weight;
+                counts.mismatches_inside += mismatch_inside;
                 continue;
             }
             (Outcome::Hit { t0, t1 }, true) => (t0, t1),
         };
-        errors.hits += 1;
+        counts.hits += weight;
         let (middle, t) = (t0 + (t1 - t0) / 2.0, f64::from(t));
         let difference = (t - middle).abs();
         let relative = difference / middle.max(f64::MIN_POSITIVE);
-        depth.push(relative);
-        if class != PixelClass::Smooth {
+        depth.push((relative, weight));
+        if pixel.class != PixelClass::Smooth {
             continue;
         }
-        depth_smooth.push(relative);
-        depth_ulps.push(difference / ulp(middle as f32));
+        depth_smooth.push((relative, weight));
+        depth_ulps.push((difference / ulp(middle as f32), weight));
         if let (Some(true_normal), false) = (ray.normal, ray.edge) {
-            normals.push(degrees_between(true_normal, normal.map(f64::from)));
+            let normal = drawn.normal.get(pixel.index).copied().unwrap_or_default();
+            let angle = degrees_between(true_normal, normal.map(f64::from));
+            normals.push((angle, weight));
         }
     }
     PictureErrors {
-        depth: Percentiles::from_values(depth),
-        depth_smooth: Percentiles::from_values(depth_smooth),
-        depth_ulps: Percentiles::from_values(depth_ulps),
-        normals: Percentiles::from_values(normals),
-        ..errors
+        depth: Percentiles::from_weighted(depth),
+        depth_smooth: Percentiles::from_weighted(depth_smooth),
+        depth_ulps: Percentiles::from_weighted(depth_ulps),
+        normals: Percentiles::from_weighted(normals),
+        nans: drawn.nans(),
+        step_caps: drawn.count(Status::StepCap),
+        ..counts.rounded()
+    }
+}
+
+/// Weighted numbers of pixels.
+#[derive(Default)]
+struct Counts {
+    sampled: usize,
+    pixels: f64,
+    hits: f64,
+    misses: f64,
+    undecided: f64,
+    inside: f64,
+    false_hits: f64,
+    false_misses: f64,
+    mismatches_inside: f64,
+}
+
+impl Counts {
+    /// Returns the errors with these numbers alone.
+    fn rounded(&self) -> PictureErrors {
+        let round = |count: f64| count.round() as usize;
+        PictureErrors {
+            sampled: self.sampled,
+            pixels: round(self.pixels),
+            hits: round(self.hits),
+            misses: round(self.misses),
+            undecided: round(self.undecided),
+            inside: round(self.inside),
+            false_hits: round(self.false_hits),
+            false_misses: round(self.false_misses),
+            mismatches_inside: round(self.mismatches_inside),
+            ..PictureErrors::default()
+        }
+    }
+}
+
+impl RenderedPixels<'_> {
+    /// Returns the number of pixels with this status.
+    fn count(&self, status: Status) -> usize {
+        self.status.iter().filter(|&&other| other == status).count()
+    }
+
+    /// Returns the number of pixels whose depth or normal is NaN, or whose ray met a NaN distance.
+    fn nans(&self) -> usize {
+        let is_nan = |index: &usize| {
+            let normal = self.normal.get(*index).copied().unwrap_or_default();
+            let status = self.status.get(*index).copied().unwrap_or_default();
+            self.depth[*index].is_nan()
+                || normal.iter().any(|v| v.is_nan())
+                || status == Status::NotANumber
+        };
+        (0..self.depth.len()).filter(is_nan).count()
     }
 }
 

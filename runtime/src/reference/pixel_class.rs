@@ -17,41 +17,31 @@ pub enum PixelClass {
     Smooth,
 }
 
-/// Classifies the pixels of a picture with `width` pixels per row.
-pub(super) fn places(rays: &[RayEnd], width: usize, camera: &ReferenceCamera) -> Vec<PixelClass> {
-    let points: Vec<Option<[f64; 3]>> = (0..rays.len())
-        .map(|index| {
-            let pixel = [(index % width) as f64, (index / width) as f64];
-            let t = rays[index].depth?;
-            Some(camera.ray(pixel, [0.0, 0.0]).at(t))
-        })
-        .collect();
-    let classify_at = |index| classify(rays, &points, width, index, camera);
-    (0..rays.len()).map(classify_at).collect()
-}
-
-fn classify(
-    rays: &[RayEnd],
-    points: &[Option<[f64; 3]>],
+/// Classifies a pixel of a picture with `width` pixels per row, whose ray and its neighbours' are traced.
+pub(super) fn classify(
+    rays: &[Option<RayEnd>],
     width: usize,
     index: usize,
     camera: &ReferenceCamera,
 ) -> PixelClass {
-    let (x, y) = (index % width, index / width);
-    let columns = x.saturating_sub(1)..(x + 2).min(width);
-    let rows = y.saturating_sub(1)..(y + 2).min(rays.len() / width);
-    let neighborhood = rows.flat_map(|y| columns.clone().map(move |x| y * width + x));
+    let Some(own) = &rays[index] else {
+        return PixelClass::Silhouette;
+    };
+    let end = |index: usize, depth: Option<f64>| {
+        let pixel = [(index % width) as f64, (index / width) as f64];
+        Some(camera.ray(pixel, [0.0, 0.0]).at(depth?))
+    };
+    let point = end(index, own.depth);
     let mut class = PixelClass::Smooth;
-    for neighbor in neighborhood {
-        match (rays[index].outcome, rays[neighbor].outcome) {
+    for neighbor_index in neighborhood(index, width, rays.len() / width) {
+        let Some(neighbor) = &rays[neighbor_index] else {
+            return PixelClass::Silhouette;
+        };
+        match (own.outcome, neighbor.outcome) {
             (Outcome::Hit { t0, .. }, Outcome::Hit { .. }) => {
                 let max_distance = 2.0 * camera.half_pixel(t0);
-                if !is_on_tangent_plane(
-                    rays[index].normal,
-                    points[index],
-                    points[neighbor],
-                    max_distance,
-                ) {
+                let neighbor_point = end(neighbor_index, neighbor.depth);
+                if !is_on_tangent_plane(own.normal, point, neighbor_point, max_distance) {
                     class = PixelClass::Inside;
                 }
             }
@@ -60,6 +50,18 @@ fn classify(
         }
     }
     class
+}
+
+/// Returns the indices of a pixel and of its up to eight neighbours.
+pub(super) fn neighborhood(
+    index: usize,
+    width: usize,
+    height: usize,
+) -> impl Iterator<Item = usize> {
+    let (x, y) = (index % width, index / width);
+    let columns = x.saturating_sub(1)..(x + 2).min(width);
+    let rows = y.saturating_sub(1)..(y + 2).min(height);
+    rows.flat_map(move |y| columns.clone().map(move |x| y * width + x))
 }
 
 /// Reports whether a point is at most `max_distance` from a tangent plane.

@@ -52,7 +52,7 @@ fn check(module: &Module, solid: &dyn Solid, settings: &RenderSettings) -> [usiz
     let truth = trace(module, settings, &TraceOptions::default());
     let camera = ReferenceCamera::new(settings);
     let mut counts = [0; 3];
-    for (index, end) in truth.rays.iter().enumerate() {
+    for (index, end) in truth.pixels.iter().map(|pixel| &pixel.ray).enumerate() {
         let pixel = [index % truth.size[0], index / truth.size[0]];
         let ray = camera.ray(pixel.map(|v| v as f64), [0.0; 2]);
         let expected = solid.first(&ray, settings.far);
@@ -139,7 +139,7 @@ fn roots_take_few_evaluations() {
         ResolvedLens::Perspective(0.3),
     );
     let truth = trace(&module, &settings, &TraceOptions::default());
-    let mean = truth.evaluations / truth.rays.len() as u64;
+    let mean = truth.evaluations / truth.pixels.len() as u64;
     assert!(mean < 60, "{mean} evaluations for a ray");
 }
 
@@ -328,7 +328,7 @@ fn the_engine_draws_the_truth() {
     engine.load(&loaded(&module, &[])).expect("it loads");
     let image = engine.render(&settings, &|_| {}).expect("it draws");
     let truth = trace(&module, &settings, &TraceOptions::default());
-    let drawn = truth.rays.iter().map(|ray| ray.depth);
+    let drawn = truth.pixels.iter().map(|pixel| pixel.ray.depth);
     let expected: Vec<f32> = drawn
         .map(|t| t.map_or(f32::INFINITY, |t| t as f32))
         .collect();
