@@ -6,6 +6,7 @@
 //! evaluation has 64 points.
 
 mod beam;
+mod camera_rays;
 mod cell_trial;
 mod debug_views;
 pub(crate) mod engine;

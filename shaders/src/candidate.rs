@@ -48,6 +48,9 @@ const MAX_NOISE_ROUNDINGS: f64 = 4.0;
 /// Maximum depth of the field below the gradient's prediction, in units of the value. Beyond it, the line
 /// through both ends of a probe does not locate the surface.
 const MAX_EXCESS_DEPTH: f64 = 0.15;
+/// Fraction of the squared limit from which on a probe is too far: less than one, since a step of exactly the limit
+/// is rounded.
+const FAR_FRACTION: f64 = 0.999;
 /// The last phase of a probe.
 const LAST_PHASE: f64 = 9.0;
 /// Distance of a missing surface.
@@ -193,7 +196,8 @@ pub fn probe_outcome<R: Real>(
     let has_overshot = R::and(R::and(is_surface, is_deep), may_retry);
     let is_last_round = lit::<R>(MAX_ROUNDS - 1.5).less(round);
     let has_changed = R::or(field.less(value), value.less(field));
-    let is_too_far = (limit * limit).less(next.dot(next));
+    // Later steps lead sideways, and so farther away.
+    let is_too_far = (limit * limit * lit(FAR_FRACTION)).less(next.dot(next));
     let may_continue = R::and(has_changed, R::not(R::or(is_last_round, is_too_far)));
     let surface_outcome = R::select(has_overshot, lit(f64::from(OVERSHOT)), lit(1.0));
     R::select(

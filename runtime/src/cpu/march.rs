@@ -1,8 +1,9 @@
 //! The stage `march`: rays advance to the surface.
 
+use super::camera_rays::CameraRay;
 use super::ray_tasks::{ColumnChoice, RayTask, is_nan, lane_ray, lanes, set_lane_ray, store_point};
 use super::{F32x64, LANES, Points};
-use crate::render::ray::{PixelRay, camera_ray, vector};
+use crate::render::ray::vector;
 use sdfc_shaders::layout::{Beam, FrameUniforms, RayState};
 use sdfc_shaders::marching::{self, FROM_INSIDE, Status};
 use sdfc_shaders::{beam, camera};
@@ -162,7 +163,7 @@ pub(super) use step_lane;
 /// Rays through pixels: items are indices in the tile.
 pub(super) struct March<'a> {
     pub(super) frame: &'a FrameUniforms,
-    pub(super) pixels: &'a [[f32; 2]],
+    pub(super) camera_rays: &'a [CameraRay],
     pub(super) rays: &'a mut [RayState],
     /// Distance that the rays of each block can advance together, number of blocks in a row, and number of
     /// pixels in a row.
@@ -175,15 +176,16 @@ impl RayTask for March<'_> {
     type Block = MarchLanes;
 
     fn begin(&mut self, item: u32, block: &mut MarchLanes, lane: usize) -> bool {
-        let frame = self.frame;
-        let PixelRay {
-            origin, direction, ..
-        } = camera_ray(frame, self.pixels[item as usize]);
-        let (low, high) = (vector(frame.bounds_min), vector(frame.bounds_max));
-        let bounds = camera::intersect_box::<f32>(origin, direction, low, high, frame.far);
+        let CameraRay {
+            origin,
+            direction,
+            enter,
+            exit,
+            ..
+        } = self.camera_rays[item as usize];
         let [x, y] = [item % self.width, item / self.width].map(|pixel| pixel / beam::BLOCK_SIDE);
         let beam = &self.beams[(y * self.columns + x) as usize];
-        let start = Real::max(bounds.x, beam.t);
+        let start = Real::max(enter, beam.t);
         let ray = &mut self.rays[item as usize];
         *ray = RayState {
             t: start,
@@ -191,12 +193,12 @@ impl RayTask for March<'_> {
             t_before: start,
             ..RayState::default()
         };
-        if bounds.y < start {
+        if exit < start {
             ray.status = Status::Miss as u32;
             return false;
         }
         set_lane_ray!(block, lane, origin, direction);
-        block.exit_t.0[lane] = bounds.y;
+        block.exit_t.0[lane] = exit;
         block.t.0[lane] = ray.t;
         block.field.0[lane] = 0.0;
         block.step.0[lane] = 0.0;

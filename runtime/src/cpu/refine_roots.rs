@@ -1,9 +1,9 @@
 //! The stage `refine_roots`: the ends of rays are moved onto the surface. Packets refine theirs in
 //! `packet/refine_roots.rs`.
 
+use super::camera_rays::CameraRay;
 use super::ray_tasks::{ColumnChoice, RayTask, is_nan, lane_ray, lanes, set_lane_ray, store_point};
 use super::{F32x64, LANES, Points};
-use crate::render::ray::{PixelRay, camera_ray};
 use sdfc_shaders::camera;
 use sdfc_shaders::layout::{FrameUniforms, RayState};
 use sdfc_shaders::marching::{self, FROM_INSIDE, MAX_SECANT_STEPS, Status};
@@ -19,7 +19,7 @@ lanes! {
 /// Ends of rays that are moved onto the surface: items are indices in the tile.
 pub(super) struct RootRefinement<'a> {
     pub(super) frame: &'a FrameUniforms,
-    pub(super) pixels: &'a [[f32; 2]],
+    pub(super) camera_rays: &'a [CameraRay],
     pub(super) rays: &'a mut [RayState],
 }
 
@@ -39,9 +39,9 @@ impl RayTask for RootRefinement<'_> {
             ray.t = marching::secant_estimate(t, field, other, field_other);
             return false;
         }
-        let PixelRay {
+        let CameraRay {
             origin, direction, ..
-        } = camera_ray(frame, self.pixels[item as usize]);
+        } = self.camera_rays[item as usize];
         set_lane_ray!(block, lane, origin, direction);
         block.t.0[lane] = ray.t;
         block.field.0[lane] = ray.field;

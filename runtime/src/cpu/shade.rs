@@ -3,7 +3,7 @@
 use super::LANES;
 use super::ray_tasks::{lane_vector, lanes, set_lane_vector};
 use super::tile::Tile;
-use crate::render::ray::{camera_ray, vector};
+use crate::render::ray::vector;
 use sdfc_shaders::features::Features;
 use sdfc_shaders::layout::{FrameUniforms, LightRecord, Surface};
 use sdfc_shaders::marching::SHOWN;
@@ -35,7 +35,7 @@ pub(super) fn shade(
     });
     for (i, color) in tile.colors.iter_mut().enumerate() {
         if tile.rays[i].status & SHOWN == 0 {
-            let direction = camera_ray(frame, tile.pixels[i]).direction;
+            let direction = tile.camera_rays[i].direction;
             add_sample(color, background(frame, direction, ground, 0.0), 0.0);
         }
     }
@@ -55,7 +55,7 @@ pub(super) fn shade(
             };
             set_lane_vector!(lit, lane, x, y, z, tile.points[i]);
             set_lane_vector!(lit, lane, normal_x, normal_y, normal_z, normal);
-            let camera = camera_ray(frame, tile.pixels[i]);
+            let camera = tile.camera_rays[i];
             let direction = camera.direction;
             set_lane_vector!(lit, lane, direction_x, direction_y, direction_z, direction);
             lit.distance.0[lane] = tile.rays[i].t + camera.start_offset + frame.approach;

@@ -1,10 +1,11 @@
 //! Tiles: a square of the picture, with the results of each stage for the next ones.
 
 use super::LANES;
+use super::camera_rays::CameraRay;
 use super::leaf_bins::PACKET_SIDE;
 use super::packet::Marcher;
 use crate::cells::Aabb;
-use crate::render::ray::{PixelRay, camera_ray, distance_from_camera, ends_at_far};
+use crate::render::ray::{distance_from_camera, ends_at_far};
 use crate::render::{Image, RenderJob, Status};
 use sdfc_shaders::camera;
 use sdfc_shaders::features::{Mode, Occlusion};
@@ -51,6 +52,8 @@ pub(super) struct Tile {
     pub(super) shown: Vec<u32>,
     /// Coordinates of the pixels.
     pub(super) pixels: Vec<[f32; 2]>,
+    /// Rays of the pixels in the current sample.
+    pub(super) camera_rays: Vec<CameraRay>,
     pub(super) rays: Vec<RayState>,
     /// Beam of each block of pixels, block row after block row.
     pub(super) beams: Vec<layout::Beam>,
@@ -129,12 +132,12 @@ impl Tile {
         self.colors.resize(count, [0.0; 4]);
     }
 
-    pub(super) fn compute_points(&mut self, frame: &layout::FrameUniforms, items: &[u32]) {
+    pub(super) fn compute_points(&mut self, items: &[u32]) {
         for &item in items {
             let i = item as usize;
-            let PixelRay {
+            let CameraRay {
                 origin, direction, ..
-            } = camera_ray(frame, self.pixels[i]);
+            } = self.camera_rays[i];
             self.points[i] = camera::point_along::<f32>(origin, direction, self.rays[i].t);
         }
     }

@@ -1,6 +1,7 @@
 //! Stages of a sample, and pictures made of them tile by tile.
 
 use super::beam::Beams;
+use super::camera_rays::camera_rays;
 use super::leaf_bins::{self, LeafBins};
 use super::march::March;
 use super::packet::NO_LEAF;
@@ -124,6 +125,7 @@ impl Tile {
         evaluator: &mut dyn Evaluator,
     ) -> u64 {
         self.hit_leaves.clear();
+        camera_rays(frame, &self.pixels, &mut self.camera_rays);
         let known_evaluations =
             evaluator.known_hits(frame, &self.pixels, &mut self.rays, &mut self.normals);
         self.has_known_hits = known_evaluations.is_some();
@@ -137,7 +139,7 @@ impl Tile {
                 let beam_evaluations = self.find_beams(frame, evaluator);
                 let mut task = March {
                     frame,
-                    pixels: &self.pixels,
+                    camera_rays: &self.camera_rays,
                     rays: &mut self.rays,
                     beams: &self.beams,
                     columns: self.width.div_ceil(beam::BLOCK_SIDE),
@@ -155,7 +157,7 @@ impl Tile {
         self.shown.extend(hit_items);
         if traversal.is_none() || self.has_known_hits {
             let hit_items = std::mem::take(&mut self.shown);
-            self.compute_points(frame, &hit_items);
+            self.compute_points(&hit_items);
             self.shown = hit_items;
         }
         evaluations
@@ -200,11 +202,11 @@ impl Tile {
         let items = std::mem::take(&mut self.shown);
         let mut task = RootRefinement {
             frame,
-            pixels: &self.pixels,
+            camera_rays: &self.camera_rays,
             rays: &mut self.rays,
         };
         let evaluations = run_streamed(&mut task, evaluator, &items);
-        self.compute_points(frame, &items);
+        self.compute_points(&items);
         self.shown = items;
         evaluations
     }
