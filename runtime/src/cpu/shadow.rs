@@ -2,6 +2,7 @@
 
 mod candidate_check;
 mod sized;
+mod starts;
 
 use super::ray_tasks::{
     ColumnChoice, RayTask, any_nonzero, is_nan, lane_vector, lanes, run_streamed, set_lane_vector,
@@ -11,10 +12,10 @@ use super::tile::Tile;
 use super::{Evaluator, F32x64, LANES, Points};
 use crate::render::ray::vector;
 use sdfc_shaders::features::ShadowForm;
-use sdfc_shaders::layout::{FrameUniforms, LightRecord, RayState};
-use sdfc_shaders::marching::FROM_INSIDE;
-use sdfc_shaders::{camera, candidate, marching, normals, reflectance, shadow};
-use sdfc_vm::real::Vector3;
+use starts::{ShadowCaster, ShadowRayStart, ray_starts};
+
+use sdfc_shaders::layout::{FrameUniforms, LightRecord};
+use sdfc_shaders::{camera, candidate, marching, shadow};
 use sdfc_vm::vector::V3;
 
 lanes! {
@@ -33,13 +34,11 @@ const PLAIN: u32 = ShadowForm::Plain as u32;
 const SOFT: u32 = ShadowForm::Soft as u32;
 const SIZED: u32 = ShadowForm::Sized as u32;
 
-/// Rays towards a light whose shadow has the form `FORM`: items are indices in the tile.
+/// Rays towards a light whose shadow has the form `FORM`: items are indices of the starts.
 struct ShadowRays<'a, const FORM: u32> {
     frame: &'a FrameUniforms,
     light: &'a LightRecord,
-    points: &'a [V3<f32>],
-    rays: &'a [RayState],
-    normals: &'a [[f32; 3]],
+    starts: &'a [ShadowRayStart],
     light_visibility: &'a mut [f32],
 }
 
@@ -54,15 +53,20 @@ pub(super) fn cast(
 ) -> u64 {
     macro_rules! cast {
         ($form:ident) => {{
+            let caster = ShadowCaster {
+                light,
+                size: if has_penumbra($form) { light.size } else { 0.0 },
+                is_sharp: if $form == HARD { 1.0 } else { 0.0 },
+            };
+            let starts = ray_starts(frame, caster, tile);
             let mut task = ShadowRays::<$form> {
                 frame,
                 light,
-                points: &tile.points,
-                rays: &tile.rays,
-                normals: &tile.normals,
+                starts: &starts,
                 light_visibility: &mut tile.light_visibility[light_index],
             };
-            run_streamed(&mut task, evaluator, &tile.shown)
+            let items: Vec<u32> = (0..starts.len() as u32).collect();
+            run_streamed(&mut task, evaluator, &items)
         }};
     }
     match form {
@@ -81,54 +85,22 @@ impl<const FORM: u32> RayTask for ShadowRays<'_, FORM> {
     type Block = ShadowLanes;
 
     fn begin(&mut self, item: u32, block: &mut ShadowLanes, lane: usize) -> bool {
-        let (frame, light) = (self.frame, self.light);
-        let primary_ray = &self.rays[item as usize];
-        let p = self.points[item as usize];
-        let normal = vector(self.normals[item as usize]);
-        let light_position = vector(light.position);
-        let to_light = camera::unit::<f32>(light_position - p * light.is_positional);
-        if reflectance::cosine::<f32>(normal, to_light) <= 0.0 {
+        let ShadowRayStart {
+            item,
+            is_facing,
+            origin: start,
+            direction,
+            start_t,
+            exit_t,
+            light_t,
+            min_step,
+            side,
+            rounding,
+        } = self.starts[item as usize];
+        if !is_facing {
             self.light_visibility[item as usize] = 0.0;
             return false;
         }
-        let half = camera::half_pixel(
-            primary_ray.t,
-            frame.half_pixel_size,
-            frame.half_pixel_growth,
-        );
-        let rounding = marching::rounding_at(primary_ray.t, frame.rounding);
-        let is_sharp = if FORM == HARD { 1.0 } else { 0.0 };
-        let lift = normals::lift::<f32>(p, half, rounding, is_sharp);
-        let min_step = shadow::min_step::<f32>(half, lift);
-        let start_t = shadow::start_t::<f32>(min_step, is_sharp);
-        let start = camera::point_along::<f32>(p, normal, lift);
-        // The direction is taken from the start of the ray, so that the ray ends at the light and not beside
-        // it.
-        let to_light_from_start = light_position - start * light.is_positional;
-        let direction = camera::unit::<f32>(to_light_from_start);
-        let length = to_light_from_start.length();
-        let light_distance = if length < frame.far {
-            length
-        } else {
-            frame.far
-        };
-        let light_t = if light.is_positional > 0.0 {
-            light_distance
-        } else {
-            frame.far
-        };
-        let (low, high) = (vector(frame.bounds_min), vector(frame.bounds_max));
-        let size = if has_penumbra(FORM) {
-            self.light.size
-        } else {
-            0.0
-        };
-        let exit_t = shadow::exit_t::<f32>(start, direction, low, high, light_t, size);
-        let side = if primary_ray.status & FROM_INSIDE != 0 {
-            -1.0
-        } else {
-            1.0
-        };
         set_lane_vector!(block, lane, start_x, start_y, start_z, start);
         set_lane_vector!(
             block,
@@ -261,7 +233,7 @@ impl<const FORM: u32> RayTask for ShadowRays<'_, FORM> {
             SIZED if block.ray_number.0[lane] > 0.0 => block.best_visibility.0[lane],
             _ => block.visibility.0[lane],
         };
-        self.light_visibility[item as usize] = match FORM {
+        self.light_visibility[self.starts[item as usize].item as usize] = match FORM {
             SIZED => shadow::light_fraction_sized(visibility),
             _ => shadow::light_fraction(visibility),
         };
