@@ -24,6 +24,10 @@ impl Reports {
             self.diagnostics.push(diagnostic);
         }
     }
+    /// Omits diagnostics with the code and span of this one, which follow from another.
+    pub(crate) fn suppress(&mut self, diagnostic: &Diagnostic) {
+        self.reported.insert((diagnostic.code, diagnostic.span));
+    }
     /// Reports whether there is an error.
     pub(crate) fn has_errors(&self) -> bool {
         self.errors > 0

@@ -12,6 +12,9 @@ use sdfc_lang::ast::{
 use sdfc_lang::{Diagnostic, Span, codes};
 use std::collections::HashMap;
 
+/// Functions and methods whose first argument is a function of the point `p`.
+const POINT_FUNCTIONS: [&str; 4] = ["field", "displace", "warp", "heightfield"];
+
 /// Checks the names of all files. Unused names are reported only for the scene's own file.
 pub(crate) fn check_names(modules: &[ImportedModule], reports: &mut Reports) {
     for (index, module) in modules.iter().enumerate() {
@@ -23,6 +26,7 @@ pub(crate) fn check_names(modules: &[ImportedModule], reports: &mut Reports) {
             locals: Vec::new(),
             visible_items: 0,
             aliases: HashMap::new(),
+            formula: None,
             reports,
             reports_unused: is_root,
         };
@@ -47,6 +51,8 @@ struct NameChecker<'a, 'r> {
     /// Number of items up to the current one, inclusive.
     visible_items: u32,
     aliases: HashMap<&'a str, (Span, bool)>,
+    /// Formula that is no function, where one of the point is expected, and whether that is reported.
+    formula: Option<(Span, bool)>,
     reports: &'r mut Reports,
     reports_unused: bool,
 }
@@ -236,7 +242,8 @@ impl<'a> NameChecker<'a, '_> {
             ExprKind::Paren(inner) => self.expr(inner),
             ExprKind::Call(call) => {
                 self.callee(call, expr.span);
-                self.args(&call.args);
+                let name = call.callee.as_ident().map_or("", |name| &name.name);
+                self.args_of(name, &call.args);
             }
             ExprKind::Postfix(postfix) => {
                 self.expr(&postfix.base);
@@ -245,7 +252,7 @@ impl<'a> NameChecker<'a, '_> {
                         // A field of a record may be a function: an unknown name is reported when
                         // it is called.
                         self.mark(&suffix.name.name);
-                        self.args(&args.args);
+                        self.args_of(&suffix.name.name, &args.args);
                     }
                 }
             }
@@ -281,6 +288,17 @@ impl<'a> NameChecker<'a, '_> {
             }
             ExprKind::Lambda(lambda) => self.check_function(&lambda.params, &lambda.body, false),
         }
+    }
+
+    /// Checks the names in the arguments of a function or method.
+    fn args_of(&mut self, callee: &str, args: &'a [Arg]) {
+        let outer = self.formula;
+        if let (true, [first, ..]) = (POINT_FUNCTIONS.contains(&callee), args) {
+            let is_function = matches!(first.value.kind, ExprKind::Lambda(_));
+            self.formula = (!is_function).then_some((first.value.span, false));
+        }
+        self.args(args);
+        self.formula = outer;
     }
 
     fn args(&mut self, args: &'a [Arg]) {
@@ -339,11 +357,29 @@ impl<'a> NameChecker<'a, '_> {
         }
     }
 
+    /// Reports a formula of `p` that is no function of it, at its first `p` alone.
+    fn report_missing_function(&mut self, span: Span, formula: Span, is_reported: bool) {
+        let diagnostic = Diagnostic::error(codes::E0201, span, "there is no name `p`");
+        match is_reported {
+            true => self.reports.suppress(&diagnostic),
+            false => self.reports.push(diagnostic.fix(
+                formula.at_start(),
+                "fn(p) => ",
+                "write a function of the point",
+            )),
+        }
+    }
+
     fn path(&mut self, path: &'a Path, what: &str) {
         match path.segments.as_slice() {
             [only] => {
                 // A name that is defined later is reported during evaluation.
                 if !self.mark(&only.name) && !self.module.defines(&only.name) {
+                    if let (Some((formula, is_reported)), "p") = (self.formula, only.name.as_str())
+                    {
+                        self.formula = Some((formula, true));
+                        return self.report_missing_function(only.span, formula, is_reported);
+                    }
                     let names: Vec<&str> = self
                         .locals
                         .iter()

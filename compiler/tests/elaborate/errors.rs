@@ -19,6 +19,10 @@ const MISTAKES: &[(&str, &str)] = &[
         "a hint instead of a name",
         "smin(sphere(1), box(1), 0.2) | sphere(1).rotateX(90)",
     ),
+    (
+        "a formula that is no function",
+        "field(dot(p, p) - 1) | sphere(1).displace(0.1 * sin(9 * p.x))",
+    ),
     ("unknown argument", "cylinder(radius: 1, h: 2)"),
     ("near argument", "sphere(1) | box(1, rond: 0.1)"),
     ("missing argument", "cylinder(r: 1)"),

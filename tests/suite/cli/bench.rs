@@ -92,7 +92,18 @@ fn every_setting_is_measured() {
         assert!(message.contains(report["date"].as_str().expect("a date")));
         assert!(message.contains("cpu: "), "what it ran on");
     }
-    assert_eq!(sandbox.files(), ["report.html", "report.md", "scene.sdf"]);
+    let chart = String::from_utf8(sandbox.read("report.svg")).expect("text");
+    assert!(
+        chart.starts_with("<svg") && chart.contains("default"),
+        "{chart}"
+    );
+    assert!(
+        tables.contains("![Time against error](report.svg)"),
+        "{tables}"
+    );
+    assert!(tables.contains("- The default on cpu: "), "{tables}");
+    let files = ["report.html", "report.md", "report.svg", "scene.sdf"];
+    assert_eq!(sandbox.files(), files);
 }
 
 /// The page loads no resources, and every tag is closed.
@@ -212,6 +223,40 @@ fn the_fastest_setting_that_keeps_an_error_is_taken() {
         "{}",
         run.stderr
     );
+}
+
+/// A sample of a larger picture estimates what all of its pixels say.
+#[test]
+fn a_sample_stands_for_the_picture() {
+    let sandbox = Sandbox::with_scene(SCENE);
+    let measure = |samples: u32| {
+        let command = format!(
+            "bench scene.sdf --engines cpu --width 160 --rounds 1 --json --samples {samples}"
+        );
+        sandbox.run(&command).ok().json()
+    };
+    let [sample, all] = [measure(1500), measure(1_000_000)].map(|report| {
+        let scene = &report["scenes"][0];
+        let row = list(scene, "rows")
+            .iter()
+            .find(|row| row["default"] == true);
+        let errors = &row.expect("a default")["errors"];
+        let count = |name: &str| number(errors, name);
+        let sampled = number(&scene["truth"], "sampled");
+        assert_eq!(sampled, count("sampled"));
+        (
+            sampled,
+            ["pixels", "hits", "misses"].map(count),
+            number(&errors["depth"], "p50"),
+        )
+    });
+    assert!((1500.0..2000.0).contains(&sample.0), "{sample:?}");
+    assert_eq!(all.0, all.1[0], "{all:?}");
+    for (estimate, truth) in sample.1.iter().zip(all.1) {
+        let error = (estimate - truth).abs() / all.1[0];
+        assert!(error < 0.02, "{sample:?} {all:?}");
+    }
+    assert!((sample.2 / all.2 - 1.0).abs() < 0.2, "{sample:?} {all:?}");
 }
 
 /// Compiled files are measured without changes of detail.

@@ -171,8 +171,8 @@ pub(super) fn measured(shot: &Shot, kind: EngineKind, cells: CellMode) -> Measur
     };
     let image = drawn(shot, kind, &settings);
     let steps: u64 = image.steps.iter().map(|&n| u64::from(n)).sum();
-    let depth_error = |&index: &usize| match shot.truth().rays[index].depth {
-        Some(t) if shot.truth().places[index] == PixelClass::Smooth => {
+    let depth_error = |&index: &usize| match shot.truth().pixels[index].ray.depth {
+        Some(t) if shot.truth().pixels[index].class == PixelClass::Smooth => {
             (f64::from(image.depth[index]) - t).abs() / t
         }
         _ => 0.0,

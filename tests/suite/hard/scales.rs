@@ -31,11 +31,11 @@ fn a_scene_is_the_same_picture_at_all_scales() {
             assert!(e.depth_smooth.p99 <= DEFAULT_LIMIT.depth, "{measured}");
             assert!(e.normals.p99 <= DEFAULT_LIMIT.normals, "{measured}");
             let (mut differing_hits, mut differing_colors) = (0, 0);
-            for (i, place) in unit_shot.truth().places.iter().enumerate() {
+            for (i, pixel) in unit_shot.truth().pixels.iter().enumerate() {
                 let (a, b) = (original.color[i], measured.image.color[i]);
                 let differences = a.iter().zip(b).map(|(a, b)| (a - b).abs());
                 differing_hits += usize::from(original.status[i] != measured.image.status[i]);
-                let is_smooth = *place == sdfc_runtime::reference::PixelClass::Smooth;
+                let is_smooth = pixel.class == sdfc_runtime::reference::PixelClass::Smooth;
                 differing_colors += usize::from(
                     is_smooth && differences.fold(0.0, f32::max) > MAX_COLOR_DIFFERENCE,
                 );
