@@ -5,13 +5,15 @@ use crate::contestant::sdfc::{RaySettings, pool};
 use crate::contestant::{Contestant, SdfcEngine, Peer};
 use crate::model::Model;
 use crate::picture::PixelDifference;
-use crate::report::{TableColumn, OutputFormat, BenchTable, note};
+use crate::report::{TableColumn, OutputFormat, BenchTable, note, print};
 use sdfc_runtime::engine::EngineKind;
 use serde::Serialize;
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
 
 /// Options of the comparison.
 pub(crate) struct DuelOptions {
-    /// Sides of the pictures in pixels, or each model's own if empty.
+    /// Sides of the pictures in pixels.
     pub(crate) sizes: Vec<u32>,
     /// Numbers of threads.
     pub(crate) threads: Vec<usize>,
@@ -36,20 +38,26 @@ pub(crate) struct DuelRow {
     threads: Option<usize>,
     engine: &'static str,
     device: String,
-    /// Time from the compiled module to the picture.
+    /// Time from the text to the picture: the sum of the next two.
     ms: f64,
     /// Time from the text to the compiled module.
     compile_ms: f64,
+    /// Time from the compiled module to the picture.
+    frame_ms: f64,
     /// Time of another picture of the loaded scene.
     again_ms: f64,
     peer: &'static str,
     peer_device: String,
-    /// Time from the peer's compiled shape to the picture.
+    /// The same of the peer.
     peer_ms: f64,
-    /// Time from the text to that shape.
+    /// Time from the text to the peer's compiled shape.
     peer_compile_ms: f64,
+    /// Time from that shape to the picture.
+    peer_frame_ms: f64,
     /// `ms / peer_ms`.
     ratio: f64,
+    /// `frame_ms / peer_frame_ms`.
+    frame_ratio: f64,
     /// Number of pixels that differ: in coverage, or by more than a voxel in depth.
     differing_pixels: usize,
     /// Number of pixels that differ in coverage.
@@ -71,30 +79,62 @@ pub(crate) fn run(models: &[Model], options: &DuelOptions, format: OutputFormat)
             TableColumn::right("size"),
             TableColumn::right("threads"),
             TableColumn::left("engine"),
-            TableColumn::right("ms"),
+            TableColumn::right("compile"),
+            TableColumn::right("frame"),
+            TableColumn::right("sum, ms"),
             TableColumn::right("again"),
-            TableColumn::right("compile"),
             TableColumn::left("peer"),
-            TableColumn::right("ms"),
             TableColumn::right("compile"),
+            TableColumn::right("frame"),
+            TableColumn::right("sum, ms"),
             TableColumn::right("ratio"),
+            TableColumn::right("of frames"),
             TableColumn::right("pixels that differ"),
         ],
         format,
     );
     table.begin()?;
+    let mut rows = Vec::new();
     for model in models {
-        let sizes = match options.sizes.as_slice() {
-            [] => model.sizes,
-            sizes => sizes,
-        };
-        for &size in sizes {
+        for &size in &options.sizes {
             for row in measure_picture(model, size, options) {
                 table.row(&row, &cells(&row))?;
+                rows.push(row);
             }
         }
     }
-    table.end()
+    table.end()?;
+    match format {
+        OutputFormat::Json => Ok(()),
+        OutputFormat::Text | OutputFormat::Markdown => print(&summary(&rows)),
+    }
+}
+
+/// Returns a sentence for each engine and number of threads: sums against those of the faster peer.
+fn summary(rows: &[DuelRow]) -> String {
+    let mut text = String::from("\n");
+    let mut groups: Vec<(&str, Option<usize>)> = rows.iter().map(|row| (row.engine, row.threads)).collect();
+    groups.sort();
+    groups.dedup();
+    for (engine, threads) in groups {
+        let is_here = |row: &&DuelRow| row.engine == engine && row.threads == threads;
+        let mut pictures: BTreeMap<(&str, u32), [f64; 2]> = BTreeMap::new();
+        for row in rows.iter().filter(is_here) {
+            let worst = pictures.entry((&row.model, row.size)).or_insert([0.0; 2]);
+            *worst = [worst[0].max(row.ratio), worst[1].max(row.frame_ratio)];
+        }
+        let describe = |name: &str, index: usize, goal: f64| {
+            let ratios = || pictures.values().map(|ratios| ratios[index]);
+            let mean = (ratios().map(f64::ln).sum::<f64>() / pictures.len() as f64).exp();
+            let reached = ratios().filter(|ratio| *ratio <= goal).count();
+            format!("{name}: geometric mean {mean:.2}, at most {goal} in {reached} of {}", pictures.len())
+        };
+        let threads = threads.map_or(String::new(), |count| format!(", {count} threads"));
+        let sums = describe("from text to picture", 0, 0.6);
+        let frames = describe("frames", 1, 0.5);
+        _ = writeln!(text, "{engine}{threads}, against the faster peer: {sums}; {frames}.");
+    }
+    text
 }
 
 fn cells(row: &DuelRow) -> Vec<String> {
@@ -104,13 +144,16 @@ fn cells(row: &DuelRow) -> Vec<String> {
         format!("{0}²", row.size),
         row.threads.map_or("-".to_owned(), |n| n.to_string()),
         row.engine.to_owned(),
+        ms(row.compile_ms),
+        ms(row.frame_ms),
         ms(row.ms),
         ms(row.again_ms),
-        ms(row.compile_ms),
         row.peer.to_owned(),
-        ms(row.peer_ms),
         ms(row.peer_compile_ms),
+        ms(row.peer_frame_ms),
+        ms(row.peer_ms),
         format!("{:.2}", row.ratio),
+        format!("{:.2}", row.frame_ratio),
         row.differing_pixels.to_string(),
     ]
 }
@@ -221,14 +264,15 @@ fn side_by_side(
         }
     }
     let picture = sdfc_entry.contestant.picture()?;
-    let ms = median(&sdfc_entry.frame_times);
+    let (compile_ms, frame_ms) = (median(&sdfc_entry.compile_times), median(&sdfc_entry.frame_times));
     peer_entries
         .iter()
         .map(|(peer, entry)| {
             let other = entry.contestant.picture()?;
             let difference = PixelDifference::between(&picture, &other)
                 .ok_or_else(|| format!("{peer} drew another kind of picture"))?;
-            let peer_ms = median(&entry.frame_times);
+            let (peer_compile_ms, peer_frame_ms) = (median(&entry.compile_times), median(&entry.frame_times));
+            let (ms, peer_ms) = (compile_ms + frame_ms, peer_compile_ms + peer_frame_ms);
             Ok(DuelRow {
                 model: model.name.clone(),
                 size,
@@ -236,13 +280,16 @@ fn side_by_side(
                 engine: engine.name(),
                 device: sdfc_entry.contestant.device(),
                 ms,
-                compile_ms: median(&sdfc_entry.compile_times),
+                compile_ms,
+                frame_ms,
                 again_ms: median(&sdfc_entry.redraw_times),
                 peer: peer.name(),
                 peer_device: entry.contestant.device(),
                 peer_ms,
-                peer_compile_ms: median(&entry.compile_times),
+                peer_compile_ms,
+                peer_frame_ms,
                 ratio: ms / peer_ms,
+                frame_ratio: frame_ms / peer_frame_ms,
                 differing_pixels: difference.pixels(),
                 differing_coverage: difference.coverage,
                 differing_normals: difference.normal,

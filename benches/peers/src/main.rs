@@ -27,14 +27,14 @@ use std::process::ExitCode;
 #[derive(Debug, Parser)]
 #[command(version)]
 struct Cli {
-    /// The folder of Fidget's models, prospero.vm and others.
-    #[arg(long, value_name = "DIR")]
-    models: Option<PathBuf>,
+    /// Folders of models, or single files: clauses (.vm) and scenes (.sdf).
+    #[arg(long, value_name = "PATH", value_delimiter = ',')]
+    models: Vec<PathBuf>,
     /// Only this model; may be given several times.
     #[arg(long, value_name = "NAME")]
     model: Vec<String>,
-    /// Pixels along each side of the pictures, instead of each model's own sizes.
-    #[arg(long, value_name = "PIXELS", value_delimiter = ',', value_parser = clap::value_parser!(u32).range(16..=4096))]
+    /// Pixels along each side of the pictures.
+    #[arg(long, value_name = "PIXELS", value_delimiter = ',', default_value = "512,1024", value_parser = clap::value_parser!(u32).range(16..=4096))]
     size: Vec<u32>,
     /// Numbers of threads.
     #[arg(long, value_name = "N", value_delimiter = ',', default_value = "1,2",
@@ -123,14 +123,7 @@ fn run(cli: &Cli) -> Result<(), String> {
             format,
         );
     }
-    let names: Vec<&str> = match cli.model.is_empty() {
-        true => model::MODEL_NAMES.to_vec(),
-        false => cli.model.iter().map(String::as_str).collect(),
-    };
-    let models = names
-        .iter()
-        .map(|name| model::Model::open(name, cli.models.as_deref()))
-        .collect::<Result<Vec<_>, _>>()?;
+    let models = model::Model::open_all(&cli.models, &cli.model, report::note)?;
     let options = duel::DuelOptions {
         sizes: cli.size.clone(),
         threads: cli.threads.iter().copied().map(usize::from).collect(),

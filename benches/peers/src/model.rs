@@ -1,7 +1,7 @@
 //! Models that all renderers draw, with their views.
 
 mod boxes;
-mod clauses;
+mod file;
 
 use crate::view::CubeView;
 use std::path::Path;
@@ -10,7 +10,7 @@ pub(crate) use boxes::BoxUnion;
 
 /// A model.
 pub(crate) struct Model {
-    /// Name, one of [`MODEL_NAMES`].
+    /// Name: that of its file without the extension, or one of [`BOX_MODELS`].
     pub(crate) name: String,
     /// Form in which each renderer receives the model.
     pub(crate) source: ModelSource,
@@ -18,57 +18,60 @@ pub(crate) struct Model {
     pub(crate) is_2d: bool,
     /// View of the cube around the model.
     pub(crate) view: CubeView,
-    /// Sides of its pictures, in pixels.
-    pub(crate) sizes: &'static [u32],
 }
 
 /// Source of a model.
 pub(crate) enum ModelSource {
     /// Clauses of a `.vm` file.
     Clauses(String),
+    /// A scene in sdfc's language, and the clauses that sdfc writes of it for its peers.
+    Scene {
+        /// The scene.
+        text: String,
+        /// Its clauses.
+        clauses: String,
+    },
     /// Boxes, which each renderer expresses in its own form.
     Boxes(BoxUnion),
 }
 
-/// Names of all models.
-pub(crate) const MODEL_NAMES: [&str; 5] = ["prospero", "hi", "tanglecube", "boxes-100", "boxes-1000"];
+/// Models of boxes, which need no file, with their numbers of boxes.
+const BOX_MODELS: [(&str, u32); 2] = [("boxes-100", 100), ("boxes-1000", 1000)];
+
+/// Angles about x and y, in degrees, from which solids are seen that name none.
+const DEFAULT_ANGLES: [f64; 2] = [-25.0, 30.0];
 
 impl Model {
-    /// Opens the model of this name. The models of peers are in the folder.
-    pub(crate) fn open(name: &str, folder: Option<&Path>) -> Result<Self, String> {
-        let clauses = || clauses::read(name, folder).map(ModelSource::Clauses);
-        let boxes = |count| Ok(ModelSource::Boxes(BoxUnion::new(count)));
-        let (source, view, is_2d, sizes): (Result<_, String>, _, _, &[u32]) = match name {
-            "prospero" => (clauses(), CubeView::new(1.0, 0.0, 0.0), true, &[1024, 2048]),
-            "hi" => (clauses(), CubeView::new(1.0, 0.0, 0.0), false, SOLID_PICTURE_SIZES),
-            // As the first line of the file requests.
-            "tanglecube" => {
-                let view = CubeView::new(1.0 / 0.222, -25.0, 30.0);
-                (clauses(), view, false, SOLID_PICTURE_SIZES)
+    /// Opens the models of files and folders, and those of boxes: all of them, or only `names`. Problems of single
+    /// files are reported to `note`.
+    pub(crate) fn open_all(
+        paths: &[impl AsRef<Path>],
+        names: &[String],
+        note: impl Fn(&str),
+    ) -> Result<Vec<Self>, String> {
+        let is_wanted = |name: &str| names.is_empty() || names.iter().any(|other| other == name);
+        let mut models = Vec::new();
+        for path in file::model_files(paths)? {
+            if is_wanted(&file::model_name(&path)) {
+                match file::open(&path) {
+                    Ok(model) => models.push(model),
+                    Err(problem) => note(&format!("{}: {problem}", path.display())),
+                }
             }
-            "boxes-100" => (boxes(100), CubeView::new(1.0, -25.0, 30.0), false, &[512]),
-            "boxes-1000" => (boxes(1000), CubeView::new(1.0, -25.0, 30.0), false, &[512]),
-            _ => {
-                let known = MODEL_NAMES.join(", ");
-                return Err(format!("there is no model `{name}`, only {known}"));
-            }
-        };
-        Ok(Self {
-            name: name.to_owned(),
-            source: source?,
-            is_2d,
-            view,
-            sizes,
-        })
-    }
-
-    /// Returns clauses with the front and the back of the view as faces of the solid.
-    ///
-    /// Fidget draws the cut by the front of its volume as a face there, and a ray has to start outside of a
-    /// solid.
-    pub(crate) fn bounded_clauses(&self, text: &str) -> String {
-        clauses::bounded(text, self.view.half())
+        }
+        let [pitch, yaw] = DEFAULT_ANGLES;
+        for (name, count) in BOX_MODELS.into_iter().filter(|(name, _)| is_wanted(name)) {
+            models.push(Self {
+                name: name.to_owned(),
+                source: ModelSource::Boxes(BoxUnion::new(count)),
+                is_2d: false,
+                view: CubeView::new(1.0, pitch, yaw),
+            });
+        }
+        let unknown = names.iter().find(|name| models.iter().all(|model| model.name != **name));
+        match unknown {
+            Some(name) => Err(format!("there is no model `{name}` in the folders of `--models`")),
+            None => Ok(models),
+        }
     }
 }
-
-const SOLID_PICTURE_SIZES: &[u32] = &[256, 512, 1024];

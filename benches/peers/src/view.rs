@@ -13,6 +13,8 @@ use sdfc_shaders::camera::SAMPLE_SHIFT;
 pub(crate) struct CubeView {
     /// Half a side of the cube.
     half: f64,
+    /// Centre of the cube.
+    center: Vector3<f64>,
     /// Rotation from the view's axes (right, up, towards the viewer) to the model's.
     rotation: Rotation3<f64>,
 }
@@ -24,22 +26,32 @@ impl CubeView {
         let rotation = |axis: Vector3<f64>, degrees: f64| Rotation3::new(axis * degrees.to_radians());
         Self {
             half,
+            center: Vector3::zeros(),
             rotation: rotation(Vector3::y(), yaw) * rotation(Vector3::x(), pitch),
         }
     }
 
+    /// Returns the same view of the cube around another centre.
+    pub(crate) fn around(self, center: [f64; 3]) -> Self {
+        Self {
+            center: center.into(),
+            ..self
+        }
+    }
+
     /// Returns half a side of the cube.
+    #[cfg(test)]
     pub(crate) fn half(&self) -> f64 {
         self.half
     }
 
     /// Returns sdfc's camera, at two half sides in front of the center.
     pub(crate) fn camera(&self) -> Camera {
-        let to_model_axes = |v: Vector3<f64>| (self.rotation * v).into();
+        let from = self.center + self.rotation * (Vector3::z() * self.distance());
         Camera {
-            from: to_model_axes(Vector3::z() * self.distance()),
-            look: [0.0; 3],
-            up: to_model_axes(Vector3::y()),
+            from: from.into(),
+            look: self.center.into(),
+            up: (self.rotation * Vector3::y()).into(),
             lens: ResolvedLens::Orthographic(2.0 * self.half),
         }
     }
@@ -74,13 +86,15 @@ impl CubeView {
     pub(crate) fn matrix(&self, size: u32) -> Matrix4<f32> {
         let [right, up] = sample_offset(size);
         let shift = Matrix4::new_translation(&Vector3::new(right, up, 0.0));
-        (self.rotation.to_homogeneous() * Matrix4::new_scaling(self.half) * shift).cast()
+        let place = Matrix4::new_translation(&self.center) * self.rotation.to_homogeneous();
+        (place * Matrix4::new_scaling(self.half) * shift).cast()
     }
 
     /// Returns Fidget's matrix for pictures of 2-D shapes.
     pub(crate) fn plane_matrix(&self, size: u32) -> Matrix3<f32> {
         let shift = Matrix3::new_translation(&Vector2::from(sample_offset(size)));
-        (Matrix3::new_scaling(self.half) * shift).cast()
+        let place = Matrix3::new_translation(&self.center.xy());
+        (place * Matrix3::new_scaling(self.half) * shift).cast()
     }
 }
 
@@ -98,7 +112,7 @@ mod tests {
     #[test]
     fn both_sides_see_the_same_points() {
         let size = 16_u32;
-        let view = CubeView::new(3.0, -25.0, 30.0);
+        let view = CubeView::new(3.0, -25.0, 30.0).around([0.5, -1.0, 2.0]);
         let camera = view.camera();
         let fidget =
             view.matrix(size) * fidget::render::VoxelSize::new(size, size, size).screen_to_world();

@@ -49,7 +49,7 @@ where
 /// Returns the expression of a model.
 pub(super) fn expression(model: &Model) -> Result<(Context, Node), String> {
     match &model.source {
-        ModelSource::Clauses(text) => {
+        ModelSource::Clauses(text) | ModelSource::Scene { clauses: text, .. } => {
             Context::from_text(text.as_bytes()).map_err(|error| error.to_string())
         }
         ModelSource::Boxes(boxes) => {

@@ -6,6 +6,7 @@ use crate::picture::{ComparedImage, SurfacePixel};
 use rayon::ThreadPool;
 use sdfc_compiler::fidget_text::parse_fidget_text;
 use sdfc_compiler::compile::{self, GeneratedSource};
+use sdfc_compiler::export;
 use sdfc_compiler::elaborate::{self, elaborate};
 use sdfc_compiler::passes::PassOptions;
 use sdfc_lang::{Diagnostic, Diagnostics, Sources, Style};
@@ -79,6 +80,11 @@ impl EngineScene {
             uniform_values,
             generated,
         })
+    }
+
+    /// Returns the scene as clauses of Fidget.
+    pub(crate) fn clauses(&self) -> Result<String, String> {
+        export::fidget_clauses(&self.compiled).map_err(|error| error.to_string())
     }
 
     /// Programs of the scene.
@@ -213,11 +219,8 @@ impl Contestant for SdfcEngine<'_> {
     fn prepare(&mut self) -> Result<(), String> {
         let kind = self.engine.kind();
         let compiled = match &self.model.source {
-            ModelSource::Clauses(text) => match self.model.is_2d {
-                true => EngineScene::from_clauses(text, kind)?,
-                // A 2-D shape extruded through the full depth of the view ends at the view's faces.
-                false => EngineScene::from_clauses(&self.model.bounded_clauses(text), kind)?,
-            },
+            ModelSource::Clauses(text) => EngineScene::from_clauses(text, kind)?,
+            ModelSource::Scene { text, .. } => EngineScene::from_text(text, &PassOptions::default(), kind)?,
             ModelSource::Boxes(boxes) => EngineScene::from_text(&boxes.text(), &PassOptions::default(), kind)?,
         };
         let settings = self.settings(&compiled)?;
