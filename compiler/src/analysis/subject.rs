@@ -16,7 +16,7 @@ use pruned::PrunedField;
 use sdfc_vm::bounds::Bounds;
 use sdfc_vm::evaluate::gradient;
 use sdfc_vm::interval::Interval;
-use sdfc_vm::outline::Outline;
+use sdfc_vm::outline::{Outline, directions};
 use sdfc_vm::program::Program;
 use sdfc_vm::tape::stack::TapeSpan;
 use sdfc_vm::vector::V3;
@@ -85,18 +85,20 @@ pub(crate) fn outline(program: &Program, bounds: &Bounds) -> Option<Outline> {
         return Some(widest);
     }
     let starts = search.undecided_centres();
-    let Some(climb) = SurfaceClimb::new(program, &search.bounds, &starts) else {
+    let Some(mut climb) = SurfaceClimb::new(program, &search.bounds, &starts) else {
         return Some(widest);
     };
     let slack = MAX_EXCESS * climb.size;
-    Some(Outline::from_support(|direction| {
-        let length = DVec3::from(direction).length();
-        let (upper_extent, climb_extent) = (widest.support(direction), climb.extent(direction));
+    let climb_extents = climb.extents(directions());
+    let supports = std::array::from_fn(|number| {
+        let length = DVec3::from(directions()[number]).length();
+        let (upper_extent, climb_extent) = (widest.supports[number], climb_extents[number]);
         match upper_extent > climb_extent + slack * length {
             true => climb_extent + CLIMB_MARGIN * climb.size * length,
             false => upper_extent,
         }
-    }))
+    });
+    Some(Outline { supports })
 }
 
 /// A box of the octree: its level, and its index along each axis.
@@ -320,7 +322,6 @@ mod tests {
     use super::*;
     use sdfc_vm::evaluate::evaluate_f64;
     use sdfc_vm::listing::parse;
-    use sdfc_vm::outline::directions;
     use sdfc_vm::real::Vector3;
 
     /// Returns the points where a plane crosses the edges of a box, by linear interpolation.
