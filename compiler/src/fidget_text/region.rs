@@ -113,44 +113,43 @@ impl CubeSamples {
         self.field.eval(&bounds, &[])
     }
 
-    fn is_inside_at(&mut self, point: [f64; 3]) -> bool {
-        let (min, max) = (point, point);
-        self.range(Bounds { min, max }).hi < 0.0
+    /// Reports whether a point of a grid is inside, given its coordinates along each axis. Parts on which intervals
+    /// decide are not sampled.
+    fn is_any_inside(&mut self, grid: [&[f64]; 3]) -> bool {
+        let range = self.range(Bounds {
+            min: grid.map(|axis| axis[0]),
+            max: grid.map(|axis| axis[axis.len() - 1]),
+        });
+        let longest = (0..3).max_by_key(|&axis| grid[axis].len()).unwrap_or(0);
+        if range.hi < 0.0 || range.lo > 0.0 || grid[longest].len() == 1 {
+            return range.hi < 0.0;
+        }
+        let (low, high) = grid[longest].split_at(grid[longest].len() / 2);
+        [low, high].into_iter().any(|part| {
+            let mut grid = grid;
+            grid[longest] = part;
+            self.is_any_inside(grid)
+        })
     }
 
     /// Reports whether a point of a grid in the cube is inside.
     fn is_inside(&mut self, half_side: f64) -> bool {
         let steps = self.steps(half_side);
-        let levels = if self.is_2d { vec![0.0] } else { steps.clone() };
-        levels.iter().any(|&z| {
-            let row = |y: &f64| steps.iter().any(|&x| self.is_inside_at([x, *y, z]));
-            steps.iter().any(row)
-        })
+        let depths: &[f64] = if self.is_2d { &[0.0] } else { &steps };
+        self.is_any_inside([&steps, &steps, depths])
     }
 
-    /// Reports whether a point of a grid on the faces of the cube is inside. Faces on which intervals exclude that are
-    /// not sampled.
+    /// Reports whether a point of a grid on the faces of the cube is inside.
     fn extends_beyond(&mut self, half_side: f64) -> bool {
         let axes = if self.is_2d { 0..2 } else { 0..3 };
         let steps = self.steps(half_side);
+        let depths: &[f64] = if self.is_2d { &[0.0] } else { &steps };
         axes.flat_map(|axis| [(axis, -half_side), (axis, half_side)])
             .any(|(axis, side)| {
-                let mut face = self.cube(half_side);
-                (face.min[axis], face.max[axis]) = (side, side);
-                if self.range(face).lo > 0.0 {
-                    return false;
-                }
-                let [u, v] = [(axis + 1) % 3, (axis + 2) % 3].map(|other| {
-                    let is_flat = self.is_2d && other == 2;
-                    (other, if is_flat { vec![0.0] } else { steps.clone() })
-                });
-                u.1.iter().any(|&a| {
-                    v.1.iter().any(|&b| {
-                        let mut point = [side; 3];
-                        (point[u.0], point[v.0]) = (a, b);
-                        self.is_inside_at(point)
-                    })
-                })
+                let mut grid = [&steps, &steps, depths];
+                let face = [side];
+                grid[axis] = &face;
+                self.is_any_inside(grid)
             })
     }
 
