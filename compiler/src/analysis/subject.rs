@@ -12,7 +12,7 @@ use crate::analysis::climb::SurfaceClimb;
 use crate::scene::{Scene, ShapeId};
 use finite::FiniteFinder;
 use glam::DVec3;
-use pruned::PrunedField;
+use pruned::{PARTS, PrunedField};
 use sdfc_vm::bounds::Bounds;
 use sdfc_vm::evaluate::gradient;
 use sdfc_vm::interval::Interval;
@@ -158,18 +158,11 @@ impl<'a> OutlineSearch<'a> {
 
     /// Reports whether the box is proved empty.
     fn is_empty(&self) -> bool {
-        let root = (0, [0; 3]);
-        let children = |(level, index): SubjectCell| {
-            (0..8).map(move |corner| {
-                let child = [0, 1, 2].map(|axis| index[axis] * 2 + (corner >> axis & 1));
-                (level + 1, child)
-            })
-        };
-        let mut pending = vec![root];
+        let mut pending = vec![(0, [0; 3])];
         while let Some(cell) = pending.pop() {
             match self.evaluated.get(&cell) {
                 Some(None) => {}
-                Some(Some(_)) if cell.0 < MAX_LEVEL => pending.extend(children(cell)),
+                Some(Some(_)) if cell.0 < MAX_LEVEL => pending.extend(parts_of(cell)),
                 Some(Some(_)) | None => return false,
             }
         }
@@ -183,13 +176,9 @@ impl<'a> OutlineSearch<'a> {
         let mut cells: Vec<SubjectCell> = vec![(0, [0; 3])];
         loop {
             let mut next = Vec::with_capacity(cells.len() * 8);
-            for &(level, index) in &cells {
-                for corner in 0..8 {
-                    let child = [0, 1, 2].map(|axis| index[axis] * 2 + (corner >> axis & 1));
-                    if self.may_be_inside((level + 1, child)) {
-                        next.push((level + 1, child));
-                    }
-                }
+            for &cell in &cells {
+                let parts = parts_of(cell).into_iter();
+                next.extend(parts.filter(|&part| self.may_be_inside(part)));
             }
             let is_last = next
                 .first()
@@ -219,7 +208,7 @@ impl<'a> OutlineSearch<'a> {
         let mut queue = BinaryHeap::from([candidate(self, root)]);
         let mut evaluated_boxes = 0;
         while let Some(Candidate { extent, cell }) = queue.pop() {
-            let (level, index) = cell;
+            let (level, _) = cell;
             evaluated_boxes += 1;
             if evaluated_boxes > self.max_boxes {
                 self.is_incomplete |= level < MIN_PRECISE_LEVEL;
@@ -232,10 +221,8 @@ impl<'a> OutlineSearch<'a> {
                 self.is_incomplete |= !self.is_near_surface(cell);
                 return extent;
             }
-            for corner in 0..8 {
-                let child = [0, 1, 2].map(|axis| index[axis] * 2 + (corner >> axis & 1));
-                queue.push(candidate(self, (level + 1, child)));
-            }
+            let parts = parts_of(cell).into_iter();
+            queue.extend(parts.map(|part| candidate(self, part)));
         }
         // The box is empty: its own extent is returned.
         self.upper_extent(root, direction)
@@ -270,51 +257,41 @@ impl<'a> OutlineSearch<'a> {
         (0..3).map(max_product).sum()
     }
 
+    /// Reports whether intervals leave it open that a box contains a part of the solid. The parts of its parent are
+    /// evaluated together.
     fn may_be_inside(&mut self, cell: SubjectCell) -> bool {
         if let Some(part) = self.evaluated.get(&cell) {
             return part.is_some();
         }
-        let [x, y, z] = [0, 1, 2].map(|axis| self.range(cell, axis));
-        let region = V3 { x, y, z };
-        let parent = self.parent_part(cell);
-        if self.field.over(&parent, region).lo > 0.0 {
-            self.evaluated.insert(cell, None);
-            return false;
+        let (level, index) = cell;
+        let boxed = |search: &Self, cell: SubjectCell| {
+            let [x, y, z] = [0, 1, 2].map(|axis| search.range(cell, axis));
+            V3 { x, y, z }
+        };
+        if level == 0 {
+            let root = self.field.root();
+            let [part, ..] = self.field.parts(&root, &[boxed(self, cell); PARTS]);
+            let may_be_inside = part.is_some();
+            self.evaluated.insert(cell, part);
+            return may_be_inside;
         }
-        let part = self.field.prune(&parent);
-        let is_positive = self.is_positive_by_gradient(&part, region);
-        if is_positive {
-            self.field.discard(&part, &parent);
-        }
-        self.evaluated.insert(cell, (!is_positive).then_some(part));
-        !is_positive
+        let parent = (level - 1, index.map(|number| number / 2));
+        let parent_part = self.evaluated.get(&parent).cloned().flatten();
+        let parent_part = parent_part.unwrap_or_else(|| self.field.root());
+        let cells = parts_of(parent);
+        let boxes = cells.map(|cell| boxed(self, cell));
+        let parts = self.field.parts(&parent_part, &boxes);
+        self.evaluated.extend(cells.into_iter().zip(parts));
+        self.evaluated[&cell].is_some()
     }
+}
 
-    /// Returns the tape of the parent box, or the unpruned tape if the parent was not evaluated.
-    fn parent_part(&self, (level, index): SubjectCell) -> TapeSpan {
-        let parent = level
-            .checked_sub(1)
-            .map(|level| (level, index.map(|number| number / 2)));
-        let parent_part = parent.and_then(|parent| self.evaluated.get(&parent)?.clone());
-        parent_part.unwrap_or_else(|| self.field.root())
-    }
-
-    /// Reports whether the gradient bounds exclude that the field falls from its value in the middle to zero.
-    fn is_positive_by_gradient(&mut self, part: &TapeSpan, region: V3<Interval>) -> bool {
-        let sides = [region.x, region.y, region.z];
-        let [x, y, z] = sides.map(|side| Interval::point(side.lo + (side.hi - side.lo) / 2.0));
-        let centre = self.field.over(part, V3 { x, y, z });
-        if centre.lo <= 0.0 {
-            return false;
-        }
-        let V3 { x, y, z } = self.field.gradient(part, region);
-        let slopes = [x, y, z].into_iter().zip(sides);
-        let slopes: f64 = slopes
-            .map(|(slope, side)| slope.magnitude() * (side.hi - side.lo) / 2.0)
-            .sum();
-        // False for NaN.
-        slopes < centre.lo
-    }
+/// Returns the eight parts of a box.
+fn parts_of((level, index): SubjectCell) -> [SubjectCell; PARTS] {
+    std::array::from_fn(|corner| {
+        let child = [0, 1, 2].map(|axis| index[axis] * 2 + (corner as u32 >> axis & 1));
+        (level + 1, child)
+    })
 }
 
 #[cfg(test)]

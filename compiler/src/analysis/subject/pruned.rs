@@ -1,76 +1,152 @@
-//! Bounds of a field in boxes, by programs pruned to these boxes.
+//! Bounds of a field in the eight parts of a box, by programs pruned to boxes. The parts are evaluated together.
 
-use sdfc_vm::dual::{Dual, DualVec3};
-use sdfc_vm::interval::Interval;
+use sdfc_vm::dual::Dual;
+use sdfc_vm::interval::{FloatInterval, Interval};
+use sdfc_vm::lanes::{F32x64, LaneNumber, with_identity_jacobian_of_boxes};
 use sdfc_vm::program::Program;
-use sdfc_vm::tape::Tape;
-use sdfc_vm::tape::scalar::{Registers, eval};
-use sdfc_vm::tape::stack::{TapeSpan, TapeStack};
+use sdfc_vm::tape::evaluator::TapeEvaluator;
+use sdfc_vm::tape::prune::Pruner;
+use sdfc_vm::tape::stack::TapeSpan;
+use sdfc_vm::tape::trace::Tracer;
+use sdfc_vm::tape::{Clause, Tape};
 use sdfc_vm::vector::V3;
 
+/// Number of parts of a box.
+pub(super) const PARTS: usize = 8;
 /// Maximum number of clauses of all boxes together: about 10 MiB.
 const MAX_CLAUSES: usize = 1 << 19;
+/// Shorter tapes are not pruned.
+const MIN_PRUNED_CLAUSES: usize = 3;
+
+/// A box, as the range of each coordinate.
+pub(super) type PartBox = V3<Interval>;
 
 /// A field and the pruned programs of its boxes.
 pub(super) struct PrunedField<'a> {
     program: &'a Program,
-    parts: TapeStack,
-    values: Registers<Interval>,
-    slopes: Registers<Dual<Interval>>,
+    /// Clauses of all programs, the unpruned one first.
+    clauses: Vec<Clause>,
+    root: TapeSpan,
+    tracer: Tracer,
+    pruner: Pruner,
+    values: TapeEvaluator<FloatInterval>,
+    slopes: TapeEvaluator<Dual<FloatInterval>>,
 }
 
 impl<'a> PrunedField<'a> {
     pub(super) fn new(program: &'a Program) -> Self {
         let tape = Tape::new(program);
-        let zero = Interval::point(0.0);
-        let origin = V3::new(zero, zero, zero);
+        let mut pruner = Pruner::default();
+        pruner.reserve(tape.values, tape.points);
         Self {
             program,
-            parts: TapeStack::new(&tape),
-            values: Registers::new(tape.values, tape.points, origin),
-            slopes: Registers::new(tape.values, tape.points, DualVec3::fixed(origin)),
+            root: 0..tape.clauses.len(),
+            tracer: Tracer::new(&tape),
+            pruner,
+            values: TapeEvaluator::new(tape.values, tape.points),
+            slopes: TapeEvaluator::new(tape.values, tape.points),
+            clauses: tape.clauses,
         }
     }
 
     /// Returns the span of the unpruned tape.
     pub(super) fn root(&self) -> TapeSpan {
-        self.parts.root()
+        self.root.clone()
     }
 
-    /// Bounds the field in a box with the program `part`.
-    pub(super) fn over(&mut self, part: &TapeSpan, region: V3<Interval>) -> Interval {
-        let (parts, values) = (&mut self.parts, &mut self.values);
-        parts.eval_over(self.program, part, values, region, |value| value)
-    }
-
-    /// Prunes the program `part` to the box evaluated last, unless the clause limit is exceeded.
-    pub(super) fn prune(&mut self, part: &TapeSpan) -> TapeSpan {
-        if self.parts.clause_count() + part.len() > MAX_CLAUSES {
-            return part.clone();
+    /// Returns for each part of a box the program pruned to it, and `None` where the field is proved to be above
+    /// zero. The program `parent` is that of the box.
+    pub(super) fn parts(
+        &mut self,
+        parent: &TapeSpan,
+        parts: &[PartBox; PARTS],
+    ) -> [Option<TapeSpan>; PARTS] {
+        let tape = &self.clauses[parent.clone()];
+        write_boxes(self.tracer.boxes(), parts);
+        let [low, _] = *self.tracer.run(self.program, tape, PARTS);
+        let mut is_positive: [bool; PARTS] = std::array::from_fn(|part| low.0[part] > 0.0);
+        if is_positive.contains(&false) {
+            let by_gradient = self.positive_by_gradient(parent, parts);
+            for (is_positive, by_gradient) in is_positive.iter_mut().zip(by_gradient) {
+                *is_positive |= by_gradient;
+            }
         }
-        self.parts.prune(part)
+        std::array::from_fn(|part| (!is_positive[part]).then(|| self.prune(parent, part)))
     }
 
-    /// Discards the program of a box that was pruned last, from that of its parent.
-    pub(super) fn discard(&mut self, part: &TapeSpan, parent: &TapeSpan) {
-        if part != parent {
-            self.parts.truncate(part.start);
+    /// Reports in which parts the gradient bounds exclude that the field falls from its value in the middle to
+    /// zero.
+    fn positive_by_gradient(&mut self, tape: &TapeSpan, parts: &[PartBox; PARTS]) -> [bool; PARTS] {
+        let tape = &self.clauses[tape.clone()];
+        let sides = parts.map(|V3 { x, y, z }| [x, y, z]);
+        let centres = sides.map(|sides| {
+            let [x, y, z] = sides.map(|side| Interval::point(side.lo + (side.hi - side.lo) / 2.0));
+            V3 { x, y, z }
+        });
+        write_boxes(self.values.inputs_mut(), &centres);
+        let values = *self.values.run(self.program, tape, PARTS);
+        let mut boxes = [F32x64::default(); 6];
+        write_boxes(&mut boxes, parts);
+        *self.slopes.inputs_mut() = with_identity_jacobian_of_boxes(&boxes);
+        let slopes = self.slopes.run(self.program, tape, PARTS);
+        std::array::from_fn(|part| {
+            let Dual { gradient, .. } = Dual::<FloatInterval>::load(slopes, part);
+            let components = [gradient.x, gradient.y, gradient.z].into_iter();
+            let fall: f64 = components
+                .zip(sides[part])
+                .map(|(slope, side)| {
+                    let magnitude = slope.lo.abs().max(slope.hi.abs());
+                    f64::from(magnitude) * (side.hi - side.lo) / 2.0
+                })
+                .sum();
+            // False for NaN.
+            fall < f64::from(values[0].0[part])
+        })
+    }
+
+    /// Prunes the program of a box to one of its parts, which were evaluated last, unless the clause limit is
+    /// exceeded.
+    fn prune(&mut self, parent: &TapeSpan, part: usize) -> TapeSpan {
+        let trace = self.tracer.trace();
+        let is_pruned = parent.len() >= MIN_PRUNED_CLAUSES && trace.has_decision(part);
+        if !is_pruned || self.clauses.len() + parent.len() > MAX_CLAUSES {
+            return parent.clone();
+        }
+        let mut pruned = Vec::with_capacity(parent.len());
+        let tape = &self.clauses[parent.clone()];
+        let choice = |clause| trace.choice(clause, part);
+        self.pruner.prune(tape, choice, &mut pruned);
+        let start = self.clauses.len();
+        self.clauses.extend(pruned);
+        start..self.clauses.len()
+    }
+}
+
+/// Writes boxes to columns of the lower corners, then of the upper ones, rounded outward.
+fn write_boxes(columns: &mut [F32x64; 6], boxes: &[PartBox; PARTS]) {
+    for (lane, V3 { x, y, z }) in boxes.iter().enumerate() {
+        for (axis, side) in [x, y, z].into_iter().enumerate() {
+            columns[axis].0[lane] = rounded_down(side.lo);
+            columns[axis + 3].0[lane] = -rounded_down(-side.hi);
         }
     }
+}
 
-    /// Bounds the gradient in a box with the program `part`.
-    pub(super) fn gradient(&mut self, part: &TapeSpan, region: V3<Interval>) -> V3<Interval> {
-        let (tape, point) = (self.parts.tape(part), DualVec3::seed(region));
-        let no_hook = |_, _, _, _: [Dual<Interval>; 2]| {};
-        eval(self.program, tape, &mut self.slopes, point, no_hook).gradient
+/// Returns the largest `f32` that is at most a number.
+fn rounded_down(number: f64) -> f32 {
+    let nearest = number as f32;
+    match f64::from(nearest) > number {
+        true => nearest.next_down(),
+        false => nearest,
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use sdfc_vm::evaluate::evaluate;
+    use sdfc_vm::evaluate::evaluate_f64;
     use sdfc_vm::listing::parse;
+    use sdfc_vm::tape::scalar::{Registers, eval};
 
     /// A sphere, a box, a torus minus a sphere, and a cylinder blended with them.
     const LISTING: &str = "\
@@ -82,39 +158,68 @@ mod tests {
 0005  cylinder              [0.2, 1.5]  blend quadratic [1.0, 1.0, 0.8, 0.3125]
 ";
 
-    /// Boxes are halved towards a corner, along the axes in turn, and evaluated at their centres.
+    /// Returns part `number` of a box, by a bit for each axis.
+    fn part_of(sides: [Interval; 3], number: usize) -> [Interval; 3] {
+        std::array::from_fn(|axis| {
+            let Interval { lo, hi } = sides[axis];
+            let centre = lo + (hi - lo) / 2.0;
+            match number >> axis & 1 {
+                0 => Interval::between(lo, centre),
+                _ => Interval::between(centre, hi),
+            }
+        })
+    }
+
+    /// Boxes are divided towards a point, and their programs evaluated at their centres.
     #[test]
     fn pruned_programs_keep_their_values() {
         let program = parse(LISTING).expect("a program");
+        let tape = Tape::new(&program);
+        let mut registers = Registers::new(tape.values, tape.points, V3::new(0.0, 0.0, 0.0));
         let mut field = PrunedField::new(&program);
-        let mut shorter = 0;
-        for number in 0..512_u32 {
-            let mut part = field.root();
+        let (mut shorter, mut outside) = (0, 0);
+        for number in 0..512_usize {
+            let mut parent = field.root();
             let mut sides = [Interval::between(-2.0, 2.0); 3];
-            for level in 0..9 {
-                let region = V3::new(sides[0], sides[1], sides[2]);
-                let bounds = field.over(&part, region);
-                part = field.prune(&part);
-                shorter += usize::from(part.len() < field.root().len());
-                let centre = sides.map(|side| Interval::point(side.lo + (side.hi - side.lo) / 2.0));
-                let centre = V3::new(centre[0], centre[1], centre[2]);
-                let [value, expected] = [
-                    field.over(&part, centre),
-                    evaluate::<Interval>(&program, centre),
-                ];
-                assert!(
-                    (value.lo - expected.lo).abs() < 1e-9,
-                    "{number} in {sides:?}"
-                );
-                assert!(bounds.lo <= value.hi && value.lo <= bounds.hi, "{sides:?}");
-                let side = &mut sides[level % 3];
-                let centre = side.lo + (side.hi - side.lo) / 2.0;
-                *side = match number >> level & 1 {
-                    0 => Interval::between(side.lo, centre),
-                    _ => Interval::between(centre, side.hi),
+            for level in 0..3 {
+                let boxes = std::array::from_fn(|part| {
+                    let [x, y, z] = part_of(sides, part);
+                    V3 { x, y, z }
+                });
+                let parts = field.parts(&parent, &boxes);
+                let chosen = number >> (3 * level) & 7;
+                sides = part_of(sides, chosen);
+                let centre = sides.map(|side| side.lo + (side.hi - side.lo) / 2.0);
+                let expected = evaluate_f64(&program, centre);
+                let Some(part) = &parts[chosen] else {
+                    assert!(expected > 0.0, "{sides:?}");
+                    outside += 1;
+                    break;
                 };
+                let [x, y, z] = centre;
+                let clauses = &field.clauses[part.clone()];
+                let no_hook = |_, _, _, _: [f64; 2]| {};
+                let value = eval(&program, clauses, &mut registers, V3::new(x, y, z), no_hook);
+                assert!((value - expected).abs() < 1e-9, "{number} in {sides:?}");
+                shorter += usize::from(part.len() < field.root().len());
+                parent = part.clone();
             }
         }
-        assert!(shorter > 2000, "only {shorter} programs were pruned");
+        assert!(shorter > 300, "only {shorter} programs were pruned");
+        assert!(
+            outside > 50,
+            "only {outside} boxes are proved to be outside"
+        );
+    }
+
+    #[test]
+    fn boxes_in_single_precision_contain_the_boxes() {
+        for number in [0.1, -0.1, 1e-60, 3.0, 1e300] {
+            let low = rounded_down(number);
+            assert!(
+                f64::from(low) <= number && f64::from(low.next_up()) > number,
+                "{number}"
+            );
+        }
     }
 }
