@@ -78,6 +78,7 @@ pub(crate) fn extend_cutters_with_bounds(
         bounds_cache,
         extended: HashMap::new(),
         remaining_box_tests: MAX_BOX_TESTS,
+        value_units: HashMap::new(),
         remaining_interval_operations: MAX_INTERVAL_OPERATIONS,
         current_bounds: ShapeBounds::at_time_and_values(0.0, HashMap::new()),
         ranges: ParamRanges::for_scene(SceneRef::from(&*scene)),
@@ -102,6 +103,8 @@ struct CutterExtension<'s> {
     ranges: ParamRanges,
     /// True if a number of the scene depends on a live parameter or the time.
     is_live: bool,
+    /// Results of `value_unit`.
+    value_units: HashMap<ShapeId, f64>,
 }
 
 /// A step from a part of a cutter outwards.

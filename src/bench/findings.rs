@@ -1,4 +1,4 @@
-//! What follows from the measurements, in a few sentences.
+//! Conclusions from the measurements, in a few sentences.
 
 use super::BenchReport;
 use super::measure::SettingRow;

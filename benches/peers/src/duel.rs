@@ -48,7 +48,7 @@ pub(crate) struct DuelRow {
     again_ms: f64,
     peer: &'static str,
     peer_device: String,
-    /// The same of the peer.
+    /// Time of the peer from the text to the picture.
     peer_ms: f64,
     /// Time from the text to the peer's compiled shape.
     peer_compile_ms: f64,

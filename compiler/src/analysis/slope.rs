@@ -236,8 +236,8 @@ pub(crate) fn surface_slope(
     median(at_zeros).or_else(|| median(at_points))
 }
 
-/// Returns the slopes of numbers at the sample points of a region, and those of a single number where it is zero
-/// between them, both in ascending order. Points at which the numbers are flat are left out: clamped numbers
+/// Returns the slopes of numbers at the sample points of a region, and those of a single number at zeros between
+/// them. Both are in ascending order. Points at which the numbers are flat are left out: clamped numbers
 /// are flat almost everywhere.
 fn slope_samples(
     expressions: &Expressions,

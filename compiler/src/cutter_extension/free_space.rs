@@ -12,13 +12,16 @@ use super::{
     AffineRows, CutContext, CutterExtension, F32_TOLERANCE, PathStep, TOUCH_TOLERANCE, compose,
 };
 use crate::analysis::bounds::inverse;
-use crate::scene::{ShapeId, ShapeKind};
+use crate::analysis::slope::surface_slope;
+use crate::scene::{ShapeId, ShapeKind, children};
 use sdfc_vm::bounds::Bounds;
 use sdfc_vm::interval::Interval;
 use sdfc_vm::table::Op;
 
 /// Maximum number of boxes in one proof by bisection.
 const MAX_BISECTIONS: usize = 400;
+/// Half side of the cube in which an infinite field's slope is sampled.
+const SAMPLED_HALF_SIDE: f64 = 4.0;
 /// Size of the smallest boxes, as a fraction of the region.
 const MIN_BOX_FRACTION: f64 = 1.0 / 64.0;
 
@@ -153,6 +156,30 @@ impl CutterExtension<'_> {
         self.bisect_intervals(part, centre, region, body, cutters)
     }
 
+    /// Returns the change of a shape's value over a unit of length at its surface, at most 1. A tolerance in units of
+    /// length times this is one of values: a flat field is nearly zero everywhere.
+    fn value_unit(&mut self, id: ShapeId) -> f64 {
+        if let Some(&unit) = self.value_units.get(&id) {
+            return unit;
+        }
+        let kind = self.kind(id).clone();
+        let unit = match kind {
+            ShapeKind::Field { value, .. } => {
+                let bounds = self.bounds(id);
+                let sampled = bounds.intersection(&Bounds::centred([SAMPLED_HALF_SIDE; 3]));
+                let region = if sampled.is_empty() { bounds } else { sampled };
+                let slope = surface_slope(&self.scene.expressions, value, &region, &self.ranges);
+                slope.map_or(0.0, |slope| slope.min(1.0))
+            }
+            other => {
+                let units = children(&other).iter().map(|&child| self.value_unit(child));
+                units.fold(1.0, f64::min)
+            }
+        };
+        self.value_units.insert(id, unit);
+        unit
+    }
+
     /// Bisects the region; `centre` holds the centre of a straight part and the axes of its flat faces.
     fn bisect_intervals(
         &mut self,
@@ -162,6 +189,8 @@ impl CutterExtension<'_> {
         body: Option<ShapeId>,
         cutters: &[(ShapeId, FrameMap)],
     ) -> bool {
+        let body_unit = body.map_or(1.0, |body| self.value_unit(body));
+        let cutter_units: Vec<f64> = cutters.iter().map(|(id, _)| self.value_unit(*id)).collect();
         let scene = &*self.scene;
         let mut uniform = |id| {
             let constant = scene.expressions.as_constant(id);
@@ -178,7 +207,7 @@ impl CutterExtension<'_> {
             let value = body.map_or(Interval::point(f64::NEG_INFINITY), |body| {
                 range.over(body, &region.rows, &points)
             });
-            if value.lo >= -tolerance {
+            if value.lo >= -tolerance * body_unit {
                 return None;
             }
             let mut own_value = Interval::point(-1.0);
@@ -198,9 +227,9 @@ impl CutterExtension<'_> {
                 }
             }
             let mut depth = -value.hi.max(own_value.hi);
-            for (other, level) in cutters {
+            for ((other, level), unit) in cutters.iter().zip(&cutter_units) {
                 let value = range.over(*other, &level.rows, &point_set_in(level, bounds));
-                if value.hi <= tolerance {
+                if value.hi <= tolerance * unit {
                     return None;
                 }
                 depth = depth.min(value.lo);

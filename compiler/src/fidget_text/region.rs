@@ -1,7 +1,7 @@
 //! The part of space in which a `.vm` file is shown.
 //!
-//! Fidget shows the square or cube from −1 to 1. A shape that lies in it is shown as there. Of any other shape the extent
-//! is searched by intervals. Where it is infinite, it ends at the smallest cube, doubled from that one, beyond which no
+//! Fidget shows the square or cube from −1 to 1. A shape that is proved to lie in it is shown as there. Any other shape is
+//! shown in its extent, which is searched by intervals. Where it is infinite, it ends at the smallest cube, doubled from that one, beyond which no
 //! sample lies inside. If there is no such cube, it ends as far away as its farthest finite side.
 
 use crate::analysis::box_eval::{BoxNumber, UniformInput};
@@ -14,6 +14,12 @@ use sdfc_vm::interval::Interval;
 const HALF_SIDES: [f64; 5] = [1.0, 2.0, 4.0, 8.0, 16.0];
 /// Maximum number of operations for the samples of one cube; longer files are sampled at fewer points.
 const MAX_SAMPLING_OPERATIONS: usize = 3_000_000;
+/// Maximum number of operations for the proof that nothing lies beyond a cube.
+const MAX_PROOF_OPERATIONS: usize = 400_000;
+/// Minimum number of boxes of that proof, for long files.
+const MIN_PROOF_BOXES: usize = 200;
+/// Distance from a cube, in its half sides, within which a shape counts as touching it from inside.
+const MAX_TOUCHING_DISTANCE: f64 = 1e-6;
 /// Range of the number of samples along a side.
 const SAMPLES_PER_SIDE: [usize; 2] = [6, 24];
 
@@ -43,12 +49,21 @@ pub(super) fn shown_region(expressions: &Expressions, value: ExprId, is_2d: bool
         is_2d,
         per_side: max_points.isqrt().clamp(least, most),
     };
-    let [unit, ..] = HALF_SIDES;
-    if samples.is_inside(unit) && !samples.extends_beyond(unit) {
-        return ShownRegion::complete(samples.cube(unit));
-    }
+    let [unit, .., largest_cube] = HALF_SIDES;
     let found = extent(expressions, value, &mut |id| uniform_range(expressions, id));
     if found.is_empty() {
+        return ShownRegion::complete(samples.cube(unit));
+    }
+    let searched = found.intersection(&samples.cube(largest_cube));
+    let max_boxes = (MAX_PROOF_OPERATIONS / expressions.len().max(1)).max(MIN_PROOF_BOXES);
+    let is_endless = (0..if is_2d { 2 } else { 3 })
+        .any(|axis| found.min[axis].is_infinite() || found.max[axis].is_infinite());
+    // Of a shape without an end, samples must suffice.
+    let is_within = match is_endless {
+        true => samples.content_beyond(unit, &searched, max_boxes) != Content::Some,
+        false => samples.content_beyond(unit, &found, max_boxes) == Content::None,
+    };
+    if is_within && samples.is_inside(unit) && !samples.extends_beyond(unit) {
         return ShownRegion::complete(samples.cube(unit));
     }
     let mut is_cut = [false; 3];
@@ -91,6 +106,17 @@ fn uniform_range(expressions: &Expressions, id: ExprId) -> Interval {
         .map_or(Interval::ALL, Interval::point)
 }
 
+/// Content of a part of space.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Content {
+    /// It is proved to be empty.
+    None,
+    /// A point of the shape lies there.
+    Some,
+    /// Neither is known.
+    Unknown,
+}
+
 /// Values of a field in cubes around the origin, and on their faces.
 struct CubeSamples {
     field: BoxNumber<Interval>,
@@ -111,6 +137,48 @@ impl CubeSamples {
             (bounds.min[2], bounds.max[2]) = (0.0, 0.0);
         }
         self.field.eval(&bounds, &[])
+    }
+
+    /// Reports whether a part of the shape lies in a box but beyond a cube, by at most this number of boxes.
+    fn content_beyond(&mut self, half_side: f64, region: &Bounds, max_boxes: usize) -> Content {
+        let side = half_side * (1.0 + MAX_TOUCHING_DISTANCE);
+        let axes = if self.is_2d { 0..2 } else { 0..3 };
+        let slabs = axes.flat_map(|axis| {
+            let (mut below, mut above) = (*region, *region);
+            below.max[axis] = below.max[axis].min(-side);
+            above.min[axis] = above.min[axis].max(side);
+            [below, above]
+        });
+        let mut pending: Vec<Bounds> = slabs.filter(|slab| !slab.is_empty()).collect();
+        let mut evaluated = 0;
+        while let Some(part) = pending.pop() {
+            evaluated += 1;
+            if evaluated > max_boxes {
+                return Content::Unknown;
+            }
+            let range = self.range(part);
+            if range.lo > 0.0 {
+                continue;
+            }
+            let mut centre = part.centre();
+            if self.is_2d {
+                centre[2] = 0.0;
+            }
+            if range.hi < 0.0 || self.is_any_inside([&centre[..1], &centre[1..2], &centre[2..]]) {
+                return Content::Some;
+            }
+            let sides = [0, 1, 2].map(|axis| match self.is_2d && axis == 2 {
+                true => 0.0,
+                false => part.max[axis] - part.min[axis],
+            });
+            let longest = (0..3).max_by(|&a, &b| sides[a].total_cmp(&sides[b]));
+            let longest = longest.unwrap_or(0);
+            let (mut low, mut high) = (part, part);
+            low.max[longest] = centre[longest];
+            high.min[longest] = centre[longest];
+            pending.extend([low, high]);
+        }
+        Content::None
     }
 
     /// Reports whether a point of a grid is inside, given its coordinates along each axis. Parts on which intervals

@@ -167,7 +167,7 @@ mod tests {
     }
 
     #[test]
-    fn what_a_stratum_lacks_goes_to_the_others() {
+    fn large_strata_replace_small_ones() {
         assert_eq!(allotment([1000, 1000, 1000], 256), [128, 96, 32]);
         assert_eq!(allotment([10, 1000, 0], 256), [10, 246, 0]);
         assert_eq!(allotment([3, 2, 1], 6), [3, 2, 1]);

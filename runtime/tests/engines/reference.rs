@@ -399,14 +399,14 @@ fn errors_are_counted_for_what_they_are() {
     let settings = settings_from(&module, [0.0, 0.0, 4.0], [0.0; 3], lens);
     let truth = trace(&module, &settings, &TraceOptions::default());
     let depth: Vec<f32> = truth
-        .rays
+        .pixels
         .iter()
-        .map(|ray| ray.depth.map_or(f32::INFINITY, |t| t as f32))
+        .map(|pixel| pixel.ray.depth.map_or(f32::INFINITY, |t| t as f32))
         .collect();
     let normal: Vec<[f32; 3]> = truth
-        .rays
+        .pixels
         .iter()
-        .map(|ray| ray.normal.map_or([0.0; 3], |n| n.map(|v| v as f32)))
+        .map(|pixel| pixel.ray.normal.map_or([0.0; 3], |n| n.map(|v| v as f32)))
         .collect();
     let status = vec![Status::Hit; depth.len()];
     let errors_for = |depth: &[f32], normal: &[[f32; 3]]| {
