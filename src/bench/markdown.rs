@@ -17,14 +17,15 @@ pub(crate) const LEGEND: [&str; 6] = [
     "`threshold` is the distance to a surface at which a ray starts to look for the root, as a fraction \
      of half a pixel. `plain steps` is sphere tracing without relaxation. `lod` simplifies details below \
      this number of pixels. `no cells` evaluates the whole program everywhere.",
-    "`ms` is the median time of several pictures without the compilation of kernels. Each picture has a \
+    "`ms` is the median time of pictures without the compilation of kernels. Each picture has a \
      slightly different camera, so that no result is reused. `evaluations/px` counts evaluations of the \
      field for rays, normals, shadows and occlusion. `on rays/px` counts those along primary rays only.",
     "`wrong rays` hit in the picture and miss in truth, or the reverse. `off silhouettes` counts those \
      of them away from silhouettes. `depth` is the relative error of the depth, including silhouettes. \
      `smooth` counts smooth pixels only. `normals` are angles at smooth pixels away from edges. `step cap` \
      counts rays that exceeded their steps. `far` counts those that ended at the maximum distance, where \
-     the scene continues.",
+     the scene continues. `p50` and `p99` are not exceeded at 50 and 99 % of the pixels. `ulp` is a unit in the \
+     last place.",
     "`ꟻLIP` is the mean perceptual difference (Andersson and others, 2020) between the shaded picture \
      and one with the finest settings. It is between 0 (equal) and 1.",
     "A setting is on the `front` of time or of evaluations if no other on its engine has at most its cost \
@@ -94,6 +95,9 @@ pub(crate) fn provenance(report: &BenchReport) -> Vec<String> {
         1 => "times of one picture".to_owned(),
         rounds => format!("times are medians of at most {rounds} pictures"),
     });
+    if let Some(scene) = report.scenes.first() {
+        lines.push(format!("pictures are {} pixels wide", scene.size[0]));
+    }
     lines.push(format!(
         "the default threshold is {}",
         RenderSettings::DEFAULT_THRESHOLD_FRACTION

@@ -223,15 +223,24 @@ pub(crate) fn estimated_slope(
     largest.map_or(1.0, |slope| 2.0 * slope)
 }
 
-/// Returns the median slope of a number where it is zero in a region, or at sample points where no zero is
-/// found. A number times a factor has the median times the factor.
+/// Half side of the cube in which infinite shapes are sampled for the slope at their surface.
+const SURFACE_HALF_SIDE: f64 = 4.0;
+
+/// Returns the median slope of a number where it is zero near the surface of a shape with these bounds, or at
+/// sample points where no zero is found. A number times a factor has the median times the factor.
 pub(crate) fn surface_slope(
     expressions: &Expressions,
     number: ExprId,
-    region: &Bounds,
+    bounds: &Bounds,
     ranges: &ParamRanges,
 ) -> Option<f64> {
-    let [at_points, at_zeros] = slope_samples(expressions, &[number], region, ranges);
+    let near = bounds.intersection(&Bounds::centred([SURFACE_HALF_SIDE; 3]));
+    // No other size may be used here: those of a scene depend on how well bounds are found.
+    let region = near_region(match bounds.is_finite() || near.is_empty() {
+        true => bounds,
+        false => &near,
+    });
+    let [at_points, at_zeros] = slope_samples(expressions, &[number], &region, ranges);
     let median = |sorted: Vec<f64>| sorted.get(sorted.len() / 2).copied();
     median(at_zeros).or_else(|| median(at_points))
 }

@@ -20,8 +20,6 @@ use sdfc_vm::table::Op;
 
 /// Maximum number of boxes in one proof by bisection.
 const MAX_BISECTIONS: usize = 400;
-/// Half side of the cube in which an infinite field's slope is sampled.
-const SAMPLED_HALF_SIDE: f64 = 4.0;
 /// Size of the smallest boxes, as a fraction of the region.
 const MIN_BOX_FRACTION: f64 = 1.0 / 64.0;
 
@@ -166,9 +164,7 @@ impl CutterExtension<'_> {
         let unit = match kind {
             ShapeKind::Field { value, .. } => {
                 let bounds = self.bounds(id);
-                let sampled = bounds.intersection(&Bounds::centred([SAMPLED_HALF_SIDE; 3]));
-                let region = if sampled.is_empty() { bounds } else { sampled };
-                let slope = surface_slope(&self.scene.expressions, value, &region, &self.ranges);
+                let slope = surface_slope(&self.scene.expressions, value, &bounds, &self.ranges);
                 slope.map_or(0.0, |slope| slope.min(1.0))
             }
             other => {

@@ -177,14 +177,8 @@ impl Lowering<'_> {
             _ => written_value(self.scene, id),
         };
         let bounds = self.boxes.get(SceneRef::from(&*self.scene), id);
-        let scene_box = Bounds::centred([self.slopes.size() * local_point.unit; 3]);
-        let common = bounds.intersection(&scene_box);
-        let region = if common.is_empty() { bounds } else { common };
         let expressions = &self.scene.expressions;
-        let slope = number.and_then(|it| {
-            self.slopes
-                .at_surface(expressions, it, &near_region(&region))
-        });
+        let slope = number.and_then(|it| self.slopes.at_surface(expressions, it, &bounds));
         match slope {
             Some(slope) if REPRESENTABLE_SLOPES.contains(&slope) => {
                 self.divide_by_slope(node, slope, local_point)

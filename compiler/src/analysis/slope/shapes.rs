@@ -133,14 +133,14 @@ impl ShapeSlopes {
         if guess.is_finite() { guess } else { 1.0 }
     }
 
-    /// Returns the median slope of a number at its surface in a region; see [`surface_slope`].
+    /// Returns the median slope of a number at the surface of its shape; see [`surface_slope`].
     pub(crate) fn at_surface(
         &self,
         expressions: &Expressions,
         number: ExprId,
-        region: &Bounds,
+        bounds: &Bounds,
     ) -> Option<f64> {
-        surface_slope(expressions, number, region, &self.ranges)
+        surface_slope(expressions, number, bounds, &self.ranges)
     }
 
     /// Returns the values by which rays march on a field whose slope has no bound in a region; see
