@@ -226,8 +226,8 @@ pub(crate) fn estimated_slope(
 /// Half side of the cube in which infinite shapes are sampled for the slope at their surface.
 const SURFACE_HALF_SIDE: f64 = 4.0;
 
-/// Returns the median slope of a number where it is zero near the surface of a shape with these bounds, or at
-/// sample points where no zero is found. A number times a factor has the median times the factor.
+/// Returns the median slope of a number where it is zero, for a shape with these bounds. Where no zero is found, it
+/// is the median of sample points. A number times a factor has the median times the factor.
 pub(crate) fn surface_slope(
     expressions: &Expressions,
     number: ExprId,
