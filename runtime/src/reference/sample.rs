@@ -154,7 +154,7 @@ mod tests {
             (share(&f32::is_finite), 0.5),
             (share(&|depth| depth == 1.0), disc),
         ] {
-            assert!((share - expected).abs() < 0.01, "{share} for {expected}");
+            assert!((share - expected).abs() < 0.03, "{share} for {expected}");
         }
         let at_edges = sample.pixels.iter().filter(|(_, weight)| *weight < 8.0);
         assert!(at_edges.count() >= 2000, "half of the sample");
