@@ -105,8 +105,8 @@ fn normals(report: &BenchReport, engine: &str) -> Option<String> {
 }
 
 fn relaxation(report: &BenchReport, engine: &str) -> Option<String> {
-    let rules = report.suite.steps.iter();
-    let rule = rules.into_iter().find(|rule| rule.engine == engine)?;
+    let mut rules = report.suite.steps.iter();
+    let rule = rules.find(|rule| rule.engine == engine)?;
     Some(format!(
         "Relaxed steps on {engine} save {} % of the evaluations along rays and take {} of the time of plain \
          ones; wrong rays: {} instead of {}.",

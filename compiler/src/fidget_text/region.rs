@@ -1,8 +1,9 @@
 //! The part of space in which a `.vm` file is shown.
 //!
-//! Fidget shows the square or cube from −1 to 1. A shape that is proved to lie in it is shown as there. Any other shape is
-//! shown in its extent, which is searched by intervals. Where it is infinite, it ends at the smallest cube, doubled from that one, beyond which no
-//! sample lies inside. If there is no such cube, it ends as far away as its farthest finite side.
+//! Fidget shows the square or cube from −1 to 1. A shape that is proved to lie in it is shown as there. Any other shape
+//! is shown in its extent, which is searched by intervals. Where it is infinite, it ends at the smallest cube, doubled
+//! from that one, beyond which no sample lies inside. If there is no such cube, it ends as far away as its farthest
+//! finite side.
 
 use crate::analysis::box_eval::{BoxNumber, UniformInput};
 use crate::analysis::extent::extent;
@@ -54,25 +55,28 @@ pub(super) fn shown_region(expressions: &Expressions, value: ExprId, is_2d: bool
     if found.is_empty() {
         return ShownRegion::complete(samples.cube(unit));
     }
-    let searched = found.intersection(&samples.cube(largest_cube));
     let max_boxes = (MAX_PROOF_OPERATIONS / expressions.len().max(1)).max(MIN_PROOF_BOXES);
-    let is_endless = (0..if is_2d { 2 } else { 3 })
+    let axes = if is_2d { 0..2 } else { 0..3 };
+    let is_endless = axes
+        .clone()
         .any(|axis| found.min[axis].is_infinite() || found.max[axis].is_infinite());
-    // Of a shape without an end, samples must suffice.
-    let is_within = match is_endless {
-        true => samples.content_beyond(unit, &searched, max_boxes) != Content::Some,
-        false => samples.content_beyond(unit, &found, max_boxes) == Content::None,
+    let is_within = if is_endless {
+        // Samples must suffice.
+        let searched = found.intersection(&samples.cube(largest_cube));
+        samples.content_beyond(unit, &searched, max_boxes) != Content::Some
+            && !samples.extends_beyond(unit)
+    } else {
+        samples.content_beyond(unit, &found, max_boxes) == Content::None
     };
-    if is_within && samples.is_inside(unit) && !samples.extends_beyond(unit) {
+    if is_within && samples.is_inside(unit) {
         return ShownRegion::complete(samples.cube(unit));
     }
     let mut is_cut = [false; 3];
     let mut bounds = found;
-    let axes = if is_2d { 0..2 } else { 0..3 };
     let ends = |axis: usize| [-found.min[axis], found.max[axis]];
     let finite_ends = axes.clone().flat_map(ends).filter(|end| end.is_finite());
     let largest = finite_ends.fold(unit, f64::max);
-    if axes.clone().flat_map(ends).any(f64::is_infinite) {
+    if is_endless {
         // An infinite shape extends beyond every cube.
         let half_side = HALF_SIDES
             .into_iter()
@@ -160,11 +164,9 @@ impl CubeSamples {
             if range.lo > 0.0 {
                 continue;
             }
-            let mut centre = part.centre();
-            if self.is_2d {
-                centre[2] = 0.0;
-            }
-            if range.hi < 0.0 || self.is_any_inside([&centre[..1], &centre[1..2], &centre[2..]]) {
+            let centre = part.centre();
+            let (min, max) = (centre, centre);
+            if range.hi < 0.0 || self.range(Bounds { min, max }).hi < 0.0 {
                 return Content::Some;
             }
             let sides = [0, 1, 2].map(|axis| match self.is_2d && axis == 2 {

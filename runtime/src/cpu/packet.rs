@@ -21,6 +21,7 @@ mod interval_cull;
 mod refine_roots;
 mod segments;
 
+use super::camera_rays::CameraRay;
 use super::leaf_bins::BinnedLeaf;
 use super::march::{next_point, outcome, step_lane, takes_probe};
 use super::ray_tasks::{ColumnChoice, Lanes, is_nan, lane_ray, lanes, store_point};
@@ -114,11 +115,11 @@ impl Marcher {
         frame: &FrameUniforms,
         (cells, leaf_list): (&Cells, &[BinnedLeaf]),
         items: &[u32],
-        pixels: &[[f32; 2]],
+        camera_rays: &[CameraRay],
         (rays, points, leaves): (&mut [RayState], &mut [V3<f32>], &mut [u32]),
         evaluator: &mut dyn Evaluator,
     ) -> u64 {
-        let starts_inside = init_packet(frame, items, pixels, &mut self.packet);
+        let starts_inside = init_packet(items, camera_rays, &mut self.packet);
         for (lane, &item) in items.iter().enumerate() {
             rays[item as usize] = RayState {
                 t: self.packet.end_t.0[lane],

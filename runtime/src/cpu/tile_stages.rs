@@ -185,7 +185,7 @@ impl Tile {
                     frame,
                     (&traversal.cells, traversal.leaf_bins.leaves_at([x, y])),
                     items,
-                    &self.pixels,
+                    &self.camera_rays,
                     (&mut self.rays, &mut self.points, &mut self.hit_leaves),
                     evaluator,
                 );

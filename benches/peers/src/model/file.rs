@@ -61,8 +61,8 @@ pub(super) fn open(path: &Path) -> Result<Model, String> {
 
 /// Returns the view that a comment recommends, as Fidget's examples do: `--scale`, `--pitch` and `--yaw`.
 fn stated_view(text: &str) -> Option<CubeView> {
-    let comments = text.lines().filter_map(|line| line.trim_start().strip_prefix('#'));
-    comments.into_iter().find_map(|comment| {
+    let mut comments = text.lines().filter_map(|line| line.trim_start().strip_prefix('#'));
+    comments.find_map(|comment| {
         let option = |name: &str| {
             let mut words = comment.split_whitespace().skip_while(|word| *word != name);
             words.nth(1)?.parse::<f64>().ok()

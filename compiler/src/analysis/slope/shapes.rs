@@ -34,6 +34,8 @@ pub(crate) struct ShapeSlopes {
     number_bounds: HashMap<(Vec<ExprId>, [u64; 6]), Option<f64>>,
     /// Estimates of the same.
     estimates: HashMap<(Vec<ExprId>, [u64; 6]), f64>,
+    /// Median slopes of numbers at their surface, by the corners of the shape's bounds.
+    surface_slopes: HashMap<(ExprId, [u64; 6]), Option<f64>>,
     /// For each shape: its bound depends on the region.
     is_regional: Vec<bool>,
     /// Set while written numbers without a bound are estimated from sample points.
@@ -81,6 +83,7 @@ impl ShapeSlopes {
             constant_bounds: HashMap::new(),
             number_bounds: HashMap::new(),
             estimates: HashMap::new(),
+            surface_slopes: HashMap::new(),
             is_regional: Vec::new(),
             is_estimating: false,
             size,
@@ -135,12 +138,15 @@ impl ShapeSlopes {
 
     /// Returns the median slope of a number at the surface of its shape; see [`surface_slope`].
     pub(crate) fn at_surface(
-        &self,
+        &mut self,
         expressions: &Expressions,
         number: ExprId,
         bounds: &Bounds,
     ) -> Option<f64> {
-        surface_slope(expressions, number, bounds, &self.ranges)
+        *self
+            .surface_slopes
+            .entry((number, corners(bounds)))
+            .or_insert_with(|| surface_slope(expressions, number, bounds, &self.ranges))
     }
 
     /// Returns the values by which rays march on a field whose slope has no bound in a region; see

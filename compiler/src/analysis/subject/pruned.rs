@@ -15,8 +15,6 @@ use sdfc_vm::vector::V3;
 pub(super) const PARTS: usize = 8;
 /// Maximum number of clauses of all boxes together: about 10 MiB.
 const MAX_CLAUSES: usize = 1 << 19;
-/// Shorter tapes are not pruned.
-const MIN_PRUNED_CLAUSES: usize = 3;
 
 /// A box, as the range of each coordinate.
 pub(super) type PartBox = V3<Interval>;
@@ -108,8 +106,7 @@ impl<'a> PrunedField<'a> {
     /// exceeded.
     fn prune(&mut self, parent: &TapeSpan, part: usize) -> TapeSpan {
         let trace = self.tracer.trace();
-        let is_pruned = parent.len() >= MIN_PRUNED_CLAUSES && trace.has_decision(part);
-        if !is_pruned || self.clauses.len() + parent.len() > MAX_CLAUSES {
+        if !trace.has_decision(part) || self.clauses.len() + parent.len() > MAX_CLAUSES {
             return parent.clone();
         }
         let mut pruned = Vec::with_capacity(parent.len());

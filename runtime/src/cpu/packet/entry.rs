@@ -3,10 +3,10 @@
 
 use super::{LeafRays, Packet};
 use crate::cells::{Aabb, Cell};
+use crate::cpu::camera_rays::CameraRay;
 use crate::cpu::march::initial_side;
 use crate::cpu::ray_tasks::{ColumnChoice, lane_ray, set_lane_ray, store_point};
 use crate::cpu::{F32x64, LANES, Points};
-use crate::render::ray::{camera_ray, vector};
 use sdfc_shaders::camera;
 use sdfc_shaders::layout::FrameUniforms;
 use sdfc_shaders::marching;
@@ -15,40 +15,32 @@ use sdfc_vm::multiversion;
 use sdfc_vm::real::Real;
 
 multiversion! {
-    /// Sets up the rays of pixels and their intersection with the scene's bounds. Reports whether any ray's
+    /// Sets up the rays of pixels, between the scene's bounds. Reports whether any ray's
     /// segment begins at its origin.
     pub(super) fn init_packet(
-        frame: &FrameUniforms, items: &[u32], pixels: &[[f32; 2]], packet: &mut Packet,
+        items: &[u32], camera_rays: &[CameraRay], packet: &mut Packet,
     ) -> bool = init_packet_body;
 }
 
 #[inline(always)]
-fn init_packet_body(
-    frame: &FrameUniforms,
-    items: &[u32],
-    pixels: &[[f32; 2]],
-    p: &mut Packet,
-) -> bool {
-    let mut pixel = [[0.0_f32; 2]; LANES];
-    for (lane, pixel) in pixel.iter_mut().enumerate() {
+fn init_packet_body(items: &[u32], camera_rays: &[CameraRay], p: &mut Packet) -> bool {
+    let mut rays = [CameraRay::default(); LANES];
+    for (lane, ray) in rays.iter_mut().enumerate() {
         // Unused lanes repeat the first ray, with an empty segment.
         let item = items.get(lane).or(items.first()).copied().unwrap_or(0);
-        *pixel = pixels[item as usize];
+        *ray = camera_rays[item as usize];
     }
-    let (low, high) = (vector(frame.bounds_min), vector(frame.bounds_max));
     let mut starts_inside = 0;
-    for (lane, &pixel) in pixel.iter().enumerate() {
-        let camera = camera_ray(frame, pixel);
-        let (origin, direction) = (camera.origin, camera.direction);
+    for (lane, ray) in rays.iter().enumerate() {
+        let (origin, direction) = (ray.origin, ray.direction);
         set_lane_ray!(p, lane, origin, direction);
         let inverse = |d: f32| 1.0 / (Real::max(Real::abs(d), 1e-12) * d.sign_nonzero());
         p.inverse_x.0[lane] = inverse(direction.x);
         p.inverse_y.0[lane] = inverse(direction.y);
         p.inverse_z.0[lane] = inverse(direction.z);
-        let bounds = camera::intersect_box::<f32>(origin, direction, low, high, frame.far);
-        p.begin_t.0[lane] = bounds.x;
+        p.begin_t.0[lane] = ray.enter;
         p.end_t.0[lane] = if lane < items.len() {
-            bounds.y
+            ray.exit
         } else {
             f32::NEG_INFINITY
         };
@@ -56,7 +48,7 @@ fn init_packet_body(
         p.clear_to.0[lane] = 0.0;
         p.side.0[lane] = 1.0;
         p.steps.0[lane] = 0.0;
-        starts_inside |= u32::from(bounds.x <= 0.0);
+        starts_inside |= u32::from(ray.enter <= 0.0);
     }
     starts_inside != 0
 }
