@@ -20,6 +20,10 @@ use crate::vector::V3;
 /// coordinate.
 pub const MAX_TIE_PER_COORDINATE: f64 = 6e-6;
 
+/// Largest difference between the values of coincident faces by rounding alone, as a fraction of the larger one.
+/// Away from the surface, where a field is nearly constant, distances do not tell.
+pub(crate) const MAX_TIE_PER_VALUE: f64 = 4e-6;
+
 /// Returns the WGSL line that computes the largest difference between distances of coincident faces at a
 /// point.
 pub fn tie_wgsl(point: &str) -> String {
@@ -43,8 +47,8 @@ pub fn tie_signs(op: Op) -> [f64; 2] {
 /// gradients, the second one multiplied by its sign.
 ///
 /// Two faces coincide if they look to the same side and differ by less than the tie distance `tie`. Distances to faces
-/// are values divided by slopes, so that points need not be on the surface. Of coincident faces the first
-/// one is visible: its value becomes the second one's, less a tie.
+/// are values divided by slopes, so that points need not be on the surface. They also coincide if their values are the
+/// same but for rounding. Of coincident faces the first one is visible: its value becomes the second one's, less a tie.
 #[inline(always)]
 fn first_value<R: Real>(
     first_gradient: R::Vec3,
@@ -61,11 +65,16 @@ fn first_value<R: Real>(
     let alignment = products.x() + products.y() + products.z();
     let gap = (first * second_slope - second * first_slope).abs();
     let looks_alike = lit::<R>(0.0).less(alignment);
-    let coincide = R::and(
-        looks_alike,
-        gap.less(tie.abs() * first_slope * second_slope),
-    );
-    R::select(coincide, second - tie * second_slope, first)
+    let is_near = gap.less(tie.abs() * first_slope * second_slope);
+    let rounding = first.abs().max(second.abs()) * lit(MAX_TIE_PER_VALUE);
+    let is_same_value = (first - second).abs().less(rounding);
+    let coincide = R::or(R::and(looks_alike, is_near), is_same_value);
+    let signed_rounding = R::select(lit::<R>(0.0).less(tie), rounding, -rounding);
+    R::select(
+        coincide,
+        second - tie * second_slope - signed_rounding,
+        first,
+    )
 }
 
 /// Records [`first_value`].

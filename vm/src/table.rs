@@ -319,7 +319,7 @@ macro_rules! for_each_operation {
                 source: "I. Quilez, Distance Functions: extrusion",
                 ..DIMENSION
             };
-            /// The 2-D shape as a solid with rounded rims. Their radius is `round`, at most half of `h`.
+            /// The 2-D shape as a solid with rounded rims. Their radius is `round`, at most half of `h`. Of a field, the written value counts, as for an offset.
             RoundedExtrude "rounded_extrude" = dimension::rounded_extrude(d: Value, p: Point; half: Scalar, round: Scalar) -> Value, prepare::rounded_extrude, OpFacts {
                 language: Some(BuiltinSignature { name: "extrude", arguments: &[required("h", A::Length), optional("round", A::LengthOrZero, &[0.0])] }),
                 exactness: Exactness::Bound,

@@ -13,10 +13,10 @@ use crate::analysis::slope::{
 };
 use crate::analysis::visible_bounds::farthest;
 use crate::elaborate::format_short;
-use crate::expression::ExprId;
+use crate::expression::{ExprId, Expression};
 use crate::formula::numbers;
 use crate::graph::{GraphNode, GraphNumber, NodeId};
-use crate::scene::{SceneRef, ShapeId, ShapeKind, children};
+use crate::scene::{NO_SURFACE_DISTANCE, SceneRef, ShapeId, ShapeKind, children};
 use crate::written_value::written_value;
 use sdfc_lang::{Diagnostic, Span, codes};
 use sdfc_vm::bounds::Bounds;
@@ -34,6 +34,8 @@ const MIN_SLOPE: f64 = 1e-18;
 const MAX_STATED_SLOPE: f64 = 1e3;
 /// Slopes that are divided by in `f32`.
 const REPRESENTABLE_SLOPES: RangeInclusive<f64> = 1e-30..=1e30;
+/// Largest value at undefined points, below the end of `f32`.
+const MAX_OUTSIDE_DISTANCE: f64 = 1e38;
 /// Minimum ratio of two bounds for the smaller one to be used.
 const MIN_IMPROVEMENT: f64 = 1.25;
 /// Half side of a cube, in sizes of the scene. A finite shape that extends beyond it is treated as
@@ -181,10 +183,34 @@ impl Lowering<'_> {
         let slope = number.and_then(|it| self.slopes.at_surface(expressions, it, &bounds));
         match slope {
             Some(slope) if REPRESENTABLE_SLOPES.contains(&slope) => {
+                let scaled = number.and_then(|it| self.with_outside_times(it, slope));
+                let node = scaled.map_or(node, |it| self.field(it, local_point));
                 self.divide_by_slope(node, slope, local_point)
             }
             _ => node,
         }
+    }
+
+    /// Returns a field whose value at undefined points is multiplied by a factor; `None` if it is defined everywhere.
+    fn with_outside_times(&mut self, number: ExprId, factor: f64) -> Option<ExprId> {
+        let expressions = &mut self.scene.expressions;
+        let Expression::Apply {
+            op: Op::Select,
+            values,
+            ..
+        } = expressions.get(number)
+        else {
+            return None;
+        };
+        let &[undefined, outside, value] = values.as_slice() else {
+            return None;
+        };
+        if expressions.as_constant(outside) != Some(NO_SURFACE_DISTANCE) {
+            return None;
+        }
+        let outside = (NO_SURFACE_DISTANCE * factor).min(MAX_OUTSIDE_DISTANCE);
+        let outside = expressions.constant(outside);
+        Some(expressions.call(Op::Select, &[undefined, outside, value]))
     }
 
     /// Restricts a value to the neighbourhood of its shape's box; farther out, the distance to the box

@@ -16,6 +16,7 @@ use super::{Clause, Tape, flags};
 use crate::blend::BlendKernel;
 use crate::interval::FloatInterval;
 use crate::lanes::{F32x64, LANES, LaneNumber, bits};
+use crate::material_weights::MAX_TIE_PER_VALUE;
 use crate::multiversion;
 use crate::program::{Destination, Opcode, Program};
 use std::sync::Arc;
@@ -202,6 +203,8 @@ fn decide_boxes_body(
     b: &[F32x64; 2],
 ) -> [u64; 2] {
     let support = support(kernel, width, coefficient);
+    // Of operands that tie, the first one's material shows.
+    let tie = MAX_TIE_PER_VALUE as f32;
     // Both as operands of a minimum: a negative sign swaps the ends. The comparisons use differences, so
     // the factors reduce to signs.
     let (a_low, a_high) = if sign < 0.0 {
@@ -219,8 +222,9 @@ fn decide_boxes_body(
     let mut first = [false; LANES];
     let mut second = [false; LANES];
     for lane in 0..LANES {
-        first[lane] = b_low.0[lane] * sb - a_high.0[lane] * sa > support;
-        second[lane] = a_low.0[lane] * sa - b_high.0[lane] * sb > support;
+        let gap = |high: f32, low: f32| low - high - high.abs().max(low.abs()) * tie;
+        first[lane] = gap(a_high.0[lane] * sa, b_low.0[lane] * sb) > support;
+        second[lane] = gap(b_high.0[lane] * sb, a_low.0[lane] * sa) > support;
     }
     [bits(&first), bits(&second)]
 }
