@@ -21,7 +21,8 @@ use sdfc_vm::program::Program;
 use sdfc_vm::tape::stack::TapeSpan;
 use sdfc_vm::vector::V3;
 use std::cmp::Ordering;
-use std::collections::{BinaryHeap, HashMap};
+use std::collections::BinaryHeap;
+use std::ops::Range;
 
 /// Maximum level of the octree.
 const MAX_LEVEL: u32 = 8;
@@ -104,12 +105,31 @@ pub(crate) fn outline(program: &Program, bounds: &Bounds) -> Option<Outline> {
 /// A box of the octree: its level, and its index along each axis.
 type SubjectCell = (u32, [u32; 3]);
 
+/// Index of the octree's root, which has no siblings.
+const ROOT: usize = 0;
+
+/// A box that was reached. The eight parts of a box are successive nodes.
+struct Node {
+    cell: SubjectCell,
+    parent: usize,
+    /// Index of the first part; zero before the parts are reached.
+    first_part: usize,
+    state: NodeState,
+}
+
+enum NodeState {
+    NotEvaluated,
+    Empty,
+    /// The field may be negative in the box. The program is pruned to it.
+    Undecided(TapeSpan),
+}
+
 struct OutlineSearch<'a> {
     program: &'a Program,
     bounds: Bounds,
     field: PrunedField<'a>,
-    /// Evaluated boxes; if the field may be negative in one, the program pruned to it.
-    evaluated: HashMap<SubjectCell, Option<TapeSpan>>,
+    /// Nodes of the octree, the root first.
+    nodes: Vec<Node>,
     /// Maximum number of boxes that are evaluated for one direction.
     max_boxes: usize,
     /// True if a direction was given up, so that its extent may be much smaller.
@@ -120,6 +140,7 @@ struct OutlineSearch<'a> {
 struct Candidate {
     extent: f64,
     cell: SubjectCell,
+    node: usize,
 }
 
 impl Ord for Candidate {
@@ -150,7 +171,12 @@ impl<'a> OutlineSearch<'a> {
             program,
             bounds,
             field: PrunedField::new(program),
-            evaluated: HashMap::new(),
+            nodes: vec![Node {
+                cell: (0, [0; 3]),
+                parent: ROOT,
+                first_part: 0,
+                state: NodeState::NotEvaluated,
+            }],
             max_boxes: (MAX_INSTRUCTIONS / program.code.len().max(1)).clamp(MIN_BOXES, MAX_BOXES),
             is_incomplete: false,
         }
@@ -158,12 +184,15 @@ impl<'a> OutlineSearch<'a> {
 
     /// Reports whether the box is proved empty.
     fn is_empty(&self) -> bool {
-        let mut pending = vec![(0, [0; 3])];
-        while let Some(cell) = pending.pop() {
-            match self.evaluated.get(&cell) {
-                Some(None) => {}
-                Some(Some(_)) if cell.0 < MAX_LEVEL => pending.extend(parts_of(cell)),
-                Some(Some(_)) | None => return false,
+        let mut pending = vec![ROOT];
+        while let Some(node) = pending.pop() {
+            let Node { state, first_part, .. } = &self.nodes[node];
+            match state {
+                NodeState::Empty => {}
+                NodeState::Undecided(_) if *first_part > 0 => {
+                    pending.extend(*first_part..first_part + PARTS);
+                }
+                NodeState::Undecided(_) | NodeState::NotEvaluated => return false,
             }
         }
         true
@@ -173,59 +202,62 @@ impl<'a> OutlineSearch<'a> {
     fn undecided_centres(&mut self) -> Vec<[f64; 3]> {
         let max_cells = MAX_START_INSTRUCTIONS / self.program.code.len().max(1);
         let max_cells = max_cells.clamp(8, MAX_STARTS);
-        let mut cells: Vec<SubjectCell> = vec![(0, [0; 3])];
+        let mut nodes = vec![ROOT];
         loop {
-            let mut next = Vec::with_capacity(cells.len() * 8);
-            for &cell in &cells {
-                let parts = parts_of(cell).into_iter();
+            let mut next = Vec::with_capacity(nodes.len() * PARTS);
+            for &node in &nodes {
+                let parts = self.parts(node);
                 next.extend(parts.filter(|&part| self.may_be_inside(part)));
             }
             let is_last = next
                 .first()
-                .is_none_or(|&(level, _)| level >= MIN_PRECISE_LEVEL);
+                .is_none_or(|&node| self.nodes[node].cell.0 >= MIN_PRECISE_LEVEL);
             if next.len() <= max_cells && !next.is_empty() {
-                cells = next;
+                nodes = next;
             }
-            if is_last || cells.len() > max_cells / 8 {
+            if is_last || nodes.len() > max_cells / 8 {
                 break;
             }
         }
-        let centre = |&cell: &SubjectCell| {
+        let centre = |&node: &usize| {
             [0, 1, 2].map(|axis| {
-                let range = self.range(cell, axis);
+                let range = self.range(self.nodes[node].cell, axis);
                 range.lo + (range.hi - range.lo) / 2.0
             })
         };
-        cells.iter().map(centre).collect()
+        nodes.iter().map(centre).collect()
     }
 
     fn extent(&mut self, direction: [f64; 3]) -> f64 {
-        let candidate = |search: &Self, cell: SubjectCell| Candidate {
-            extent: search.upper_extent(cell, direction),
-            cell,
+        let candidate = |search: &Self, node: usize| {
+            let cell = search.nodes[node].cell;
+            Candidate {
+                extent: search.upper_extent(cell, direction),
+                cell,
+                node,
+            }
         };
-        let root = (0, [0; 3]);
-        let mut queue = BinaryHeap::from([candidate(self, root)]);
+        let mut queue = BinaryHeap::from([candidate(self, ROOT)]);
         let mut evaluated_boxes = 0;
-        while let Some(Candidate { extent, cell }) = queue.pop() {
+        while let Some(Candidate { extent, cell, node }) = queue.pop() {
             let (level, _) = cell;
             evaluated_boxes += 1;
             if evaluated_boxes > self.max_boxes {
                 self.is_incomplete |= level < MIN_PRECISE_LEVEL;
                 return extent;
             }
-            if !self.may_be_inside(cell) {
+            if !self.may_be_inside(node) {
                 continue;
             }
             if level == MAX_LEVEL {
                 self.is_incomplete |= !self.is_near_surface(cell);
                 return extent;
             }
-            let parts = parts_of(cell).into_iter();
+            let parts = self.parts(node);
             queue.extend(parts.map(|part| candidate(self, part)));
         }
         // The box is empty: its own extent is returned.
-        self.upper_extent(root, direction)
+        self.upper_extent(self.nodes[ROOT].cell, direction)
     }
 
     /// Reports whether the value in the middle of a box is that of a nearby surface.
@@ -257,32 +289,50 @@ impl<'a> OutlineSearch<'a> {
         (0..3).map(max_product).sum()
     }
 
+    /// Returns the parts of a box.
+    fn parts(&mut self, node: usize) -> Range<usize> {
+        if self.nodes[node].first_part == 0 {
+            self.nodes[node].first_part = self.nodes.len();
+            let parts = parts_of(self.nodes[node].cell);
+            self.nodes.extend(parts.map(|cell| Node {
+                cell,
+                parent: node,
+                first_part: 0,
+                state: NodeState::NotEvaluated,
+            }));
+        }
+        let first = self.nodes[node].first_part;
+        first..first + PARTS
+    }
+
     /// Reports whether intervals leave it open that a box contains a part of the solid. The parts of its parent are
     /// evaluated together.
-    fn may_be_inside(&mut self, cell: SubjectCell) -> bool {
-        if let Some(part) = self.evaluated.get(&cell) {
-            return part.is_some();
+    fn may_be_inside(&mut self, node: usize) -> bool {
+        if let NodeState::NotEvaluated = self.nodes[node].state {
+            self.evaluate(node);
         }
-        let (level, index) = cell;
-        let boxed = |search: &Self, cell: SubjectCell| {
-            let [x, y, z] = [0, 1, 2].map(|axis| search.range(cell, axis));
-            V3 { x, y, z }
+        matches!(self.nodes[node].state, NodeState::Undecided(_))
+    }
+
+    /// Evaluates a box and its siblings.
+    fn evaluate(&mut self, node: usize) {
+        let parent = self.nodes[node].parent;
+        let siblings = match node {
+            ROOT => ROOT..ROOT + 1,
+            _ => self.parts(parent),
         };
-        if level == 0 {
-            let root = self.field.root();
-            let [part, ..] = self.field.parts(&root, &[boxed(self, cell); PARTS]);
-            let may_be_inside = part.is_some();
-            self.evaluated.insert(cell, part);
-            return may_be_inside;
+        let program = match &self.nodes[parent].state {
+            NodeState::Undecided(program) => program.clone(),
+            NodeState::NotEvaluated | NodeState::Empty => self.field.root(),
+        };
+        let boxes = std::array::from_fn(|part| {
+            let sibling = siblings.start + part.min(siblings.len() - 1);
+            let [x, y, z] = [0, 1, 2].map(|axis| self.range(self.nodes[sibling].cell, axis));
+            V3 { x, y, z }
+        });
+        for (sibling, part) in siblings.zip(self.field.parts(&program, &boxes)) {
+            self.nodes[sibling].state = part.map_or(NodeState::Empty, NodeState::Undecided);
         }
-        let parent = (level - 1, index.map(|number| number / 2));
-        let parent_part = self.evaluated.get(&parent).cloned().flatten();
-        let parent_part = parent_part.unwrap_or_else(|| self.field.root());
-        let cells = parts_of(parent);
-        let boxes = cells.map(|cell| boxed(self, cell));
-        let parts = self.field.parts(&parent_part, &boxes);
-        self.evaluated.extend(cells.into_iter().zip(parts));
-        self.evaluated[&cell].is_some()
     }
 }
 
