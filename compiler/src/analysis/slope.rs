@@ -21,7 +21,7 @@ use crate::analysis::param_ranges::ParamRanges;
 use crate::expression::{ExprId, Expressions};
 use sdfc_vm::bounds::Bounds;
 use sdfc_vm::interval::Interval;
-use search::SlopeSearch;
+use search::{SlopeSearch, SubBox};
 use std::collections::BinaryHeap;
 
 pub(crate) use discontinuities::{SlopeScope, has_discontinuities};
@@ -36,6 +36,10 @@ pub const MAX_BOXES: usize = 3_000;
 /// has come down to at most [`MAX_STALLED_FRACTION`] of its last value.
 const MIN_BOXES_BEFORE_STALL: usize = 64;
 const MAX_STALLED_FRACTION: f64 = 0.999;
+/// Number of boxes from which on a search without a bound may stop, at every doubling. It stops unless the volume
+/// of the boxes without one has come down to this fraction. Around a pole, it is halved at least.
+const MIN_BOXES_BEFORE_END: usize = 32;
+const MAX_STALLED_VOLUME: f64 = 0.9;
 /// Number of boxes after which a search whose bound is still infinite stops.
 const MAX_BOXES_WHILE_INFINITE: usize = 512;
 
@@ -90,8 +94,8 @@ fn run_search(
     let mut queue = BinaryHeap::from([root]);
     let size = search.cost().max(1);
     let affordable = (budget.0 / 2 / size).min(max_boxes);
-    // Bound at half as many boxes.
-    let mut previous_bound = f64::INFINITY;
+    // Bound at half as many boxes, and the volume of the boxes without one.
+    let (mut previous_bound, mut previous_volume) = (f64::INFINITY, f64::INFINITY);
     for evaluated in 1..=affordable {
         let Some(worst) = queue.pop() else { break };
         let lower_bound = search.sample_lower_bound(&worst);
@@ -102,7 +106,18 @@ fn run_search(
             previous_bound = worst.upper;
             is_stalled
         };
-        if worst.upper <= lower_bound * 1.21 || is_unbounded || is_stalled || !is_finite {
+        let is_endless = evaluated.is_power_of_two() && {
+            let volume = unbounded_volume(&worst, &queue);
+            let is_endless = volume > 0.0 && volume > previous_volume * MAX_STALLED_VOLUME;
+            previous_volume = volume;
+            is_endless && evaluated >= MIN_BOXES_BEFORE_END
+        };
+        if worst.upper <= lower_bound * 1.21
+            || is_unbounded
+            || is_stalled
+            || is_endless
+            || !is_finite
+        {
             queue.push(worst);
             break;
         }
@@ -111,6 +126,13 @@ fn run_search(
     }
     let bound = queue.peek().map_or(0.0, |worst| worst.upper.sqrt());
     (bound, search)
+}
+
+/// Returns the volume of the boxes whose slope has no bound below [`MAX_SLOPE`].
+fn unbounded_volume(worst: &SubBox, others: &BinaryHeap<SubBox>) -> f64 {
+    let boxes = others.iter().chain([worst]);
+    let unbounded = boxes.filter(|it| it.upper >= MAX_SLOPE * MAX_SLOPE);
+    unbounded.map(SubBox::volume).sum()
 }
 
 /// Range of a number around zero, and a bound of its slope where its values are in that range.

@@ -186,7 +186,9 @@ impl<'a> OutlineSearch<'a> {
     fn is_empty(&self) -> bool {
         let mut pending = vec![ROOT];
         while let Some(node) = pending.pop() {
-            let Node { state, first_part, .. } = &self.nodes[node];
+            let Node {
+                state, first_part, ..
+            } = &self.nodes[node];
             match state {
                 NodeState::Empty => {}
                 NodeState::Undecided(_) if *first_part > 0 => {

@@ -253,6 +253,12 @@ impl SubBox {
         self.bounds.is_finite()
     }
 
+    /// Returns the volume of its space. Sides along which the numbers do not vary do not count.
+    pub(super) fn volume(&self) -> f64 {
+        let sides = (0..3).map(|axis| self.bounds.max[axis] - self.bounds.min[axis]);
+        sides.filter(|side| *side > 0.0).product()
+    }
+
     /// Returns the halves of its space across the longest side.
     fn split_space(&self) -> [Bounds; 2] {
         let size = |axis: usize| self.bounds.max[axis] - self.bounds.min[axis];
