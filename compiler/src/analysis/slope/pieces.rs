@@ -62,12 +62,7 @@ pub(crate) fn continuous(
     budget: &mut Budget,
 ) -> Option<f64> {
     let mut expressions = expressions.clone();
-    let mut region_bounds = RegionBounds {
-        region,
-        size,
-        ranges,
-        budget,
-    };
+    let mut region_bounds = RegionBounds::new(region, size, ranges, budget);
     let number = one_sided(&mut expressions, number, &region_bounds);
     let held = HeldBranches::OwnPiece;
     let bound = match region_bounds.slope(&expressions, &[number], held) {
@@ -104,12 +99,7 @@ pub(crate) fn step(
     ranges: &ParamRanges,
     budget: &mut Budget,
 ) -> Option<ExprId> {
-    let mut region_bounds = RegionBounds {
-        region,
-        size,
-        ranges,
-        budget,
-    };
+    let mut region_bounds = RegionBounds::new(region, size, ranges, budget);
     let number = one_sided(expressions, number, &region_bounds);
     // A number without discontinuities is known to have no bound.
     let bound = match has_discontinuities(expressions, number) {

@@ -1,30 +1,51 @@
 //! Slope bounds with discontinuities held, throughout a region.
 
 use super::{
-    Budget, MAX_BOXES, MAX_BOXES_WHILE_INFINITE, MAX_SLOPE, SlopeSearch, is_loose, run_search,
-    sample_points,
+    Budget, MAX_BOXES, MAX_BOXES_WHILE_INFINITE, MAX_SLOPE, SAMPLE_POINTS, SlopeSearch, is_loose,
+    run_search, sample_points,
 };
 use crate::analysis::box_eval::HeldBranches;
 use crate::analysis::param_ranges::ParamRanges;
 use crate::expression::{ExprId, Expressions};
+use crate::uniforms::postorder;
 use sdfc_vm::bounds::Bounds;
 use sdfc_vm::dual::Dual;
 use sdfc_vm::interval::Interval;
+use sdfc_vm::vector::V3;
+use std::collections::HashMap;
+use std::rc::Rc;
 
 /// Ratio of a bound to the median slope from which on bounds around each point are worth their
 /// operations.
 const MAX_MEDIAN_RATIO: f64 = 4.0;
 
-/// Region in which bounds are searched.
+/// Region in which bounds of the numbers of one graph are searched.
 pub(super) struct RegionBounds<'a> {
-    pub(super) region: &'a Bounds,
+    region: &'a Bounds,
     /// Size of the scene.
     pub(super) size: f64,
-    pub(super) ranges: &'a ParamRanges,
-    pub(super) budget: &'a mut Budget,
+    ranges: &'a ParamRanges,
+    budget: &'a mut Budget,
+    /// Slopes of numbers and of their operands at the sample points.
+    sampled: HashMap<ExprId, Rc<[f64]>>,
 }
 
-impl RegionBounds<'_> {
+impl<'a> RegionBounds<'a> {
+    pub(super) fn new(
+        region: &'a Bounds,
+        size: f64,
+        ranges: &'a ParamRanges,
+        budget: &'a mut Budget,
+    ) -> Self {
+        Self {
+            region,
+            size,
+            ranges,
+            budget,
+            sampled: HashMap::new(),
+        }
+    }
+
     /// Returns a slope bound of numbers.
     pub(super) fn slope(
         &mut self,
@@ -44,20 +65,38 @@ impl RegionBounds<'_> {
     }
 
     /// Returns the median slope of the sample points.
-    pub(super) fn median_slope(&self, expressions: &Expressions, number: ExprId) -> Option<f64> {
-        let mut search = SlopeSearch::new(expressions, &[number], self.ranges);
-        let mut slopes: Vec<f64> = Vec::new();
-        for point in sample_points(self.region) {
-            let gradients = search.duals_at(point).map(|dual| dual.gradient);
-            slopes.extend(gradients.map(|g| (g.x * g.x + g.y * g.y + g.z * g.z).sqrt()));
+    pub(super) fn median_slope(
+        &mut self,
+        expressions: &Expressions,
+        number: ExprId,
+    ) -> Option<f64> {
+        if !self.sampled.contains_key(&number) {
+            self.sample(expressions, number);
         }
-        slopes.sort_by(f64::total_cmp);
-        slopes.get(slopes.len() / 2).copied()
+        let mut slopes = self.sampled.get(&number)?.to_vec();
+        let middle = slopes.len() / 2;
+        let (_, median, _) = slopes.select_nth_unstable_by(middle, f64::total_cmp);
+        Some(*median)
+    }
+
+    /// Samples the slopes of a number, and of all its operands with it.
+    fn sample(&mut self, expressions: &Expressions, number: ExprId) {
+        let mut search = SlopeSearch::new(expressions, &[number], self.ranges);
+        let operands = postorder(expressions, number, |_| false);
+        let mut slopes = vec![Vec::with_capacity(SAMPLE_POINTS); operands.len()];
+        for point in sample_points(self.region) {
+            for (slopes, dual) in slopes.iter_mut().zip(search.operands_at(point)) {
+                let V3 { x, y, z } = dual.gradient;
+                slopes.push((x * x + y * y + z * z).sqrt());
+            }
+        }
+        let slopes = slopes.into_iter().map(Rc::from);
+        self.sampled.extend(operands.into_iter().zip(slopes));
     }
 
     /// Reports whether a bound exceeds a number's median slope by far.
     pub(super) fn exceeds_median(
-        &self,
+        &mut self,
         expressions: &Expressions,
         number: ExprId,
         bound: f64,

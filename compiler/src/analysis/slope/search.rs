@@ -206,15 +206,29 @@ impl SlopeSearch {
     /// Returns the numbers at a point with their gradients, with all parameters at the midpoint of
     /// their ranges.
     pub(super) fn duals_at(&mut self, point: [f64; 3]) -> impl Iterator<Item = Dual<f64>> {
+        let (bounds, ranges) = self.middle_of_ranges(point);
+        self.point_numbers
+            .iter_mut()
+            .map(move |number| number.eval(&bounds, &ranges))
+    }
+
+    /// Returns the first number and all its operands at a point, in the order of their identifiers.
+    pub(super) fn operands_at(&mut self, point: [f64; 3]) -> &[Dual<f64>] {
+        let (bounds, ranges) = self.middle_of_ranges(point);
+        match self.point_numbers.first_mut() {
+            Some(number) => number.eval_all(&bounds, &ranges),
+            None => &[],
+        }
+    }
+
+    /// Returns a point as a box, and the midpoints of the ranges.
+    fn middle_of_ranges(&self, point: [f64; 3]) -> (Bounds, Vec<Interval>) {
         let bounds = Bounds {
             min: point,
             max: point,
         };
         let middle = |range: &Interval| Interval::point(range.lo + (range.hi - range.lo) / 2.0);
-        let ranges: Vec<Interval> = self.ranges.iter().map(middle).collect();
-        self.point_numbers
-            .iter_mut()
-            .map(move |number| number.eval(&bounds, &ranges))
+        (bounds, self.ranges.iter().map(middle).collect())
     }
 
     /// Returns the first number and its gradient in a region.

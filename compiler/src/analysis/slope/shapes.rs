@@ -176,12 +176,8 @@ impl ShapeSlopes {
         bound: f64,
         region: &Bounds,
     ) -> bool {
-        let region_bounds = RegionBounds {
-            region,
-            size: self.size,
-            ranges: &self.ranges,
-            budget: &mut self.budget,
-        };
+        let (ranges, budget) = (&self.ranges, &mut self.budget);
+        let mut region_bounds = RegionBounds::new(region, self.size, ranges, budget);
         let usual = region_bounds.median_slope(expressions, number);
         usual.is_some_and(|usual| bound > usual * MAX_SLOPE_RATIO)
     }
