@@ -10,6 +10,7 @@ use crate::literal::{self, NumberError};
 use crate::span::{FileId, Span};
 use crate::token::Token;
 use logos::Logos;
+use std::collections::HashSet;
 
 /// A token between the offset of its first byte and the offset after its last, as the parser requires.
 pub(crate) type SpannedToken<'s> = (u32, Token<'s>, u32);
@@ -56,6 +57,7 @@ pub(crate) fn lex(file: FileId, text: &str) -> Lexed<'_> {
             }
         }
     }
+    lexed.split_subtracted_lists();
     lexed
 }
 
@@ -72,7 +74,60 @@ fn line_trivia(text: &str) -> Trivia {
     trivia
 }
 
+/// An open bracket while lists that are subtracted are found.
+struct OpenList {
+    index: usize,
+    has_comma: bool,
+    has_name: bool,
+}
+
 impl<'s> Lexed<'s> {
+    /// Splits `-[` where it subtracts a list, as in `p-[1, 0, 0]`. A blend has one number or names an argument, or an
+    /// operand follows it.
+    fn split_subtracted_lists(&mut self) {
+        let mut open: Vec<OpenList> = Vec::new();
+        let mut lists = HashSet::new();
+        for (index, &(_, token, _)) in self.tokens.iter().enumerate() {
+            match token {
+                _ if token.closer().is_some() => open.push(OpenList {
+                    index,
+                    has_comma: false,
+                    has_name: false,
+                }),
+                _ if token.is_closer() => {
+                    let Some(list) = open.pop() else { continue };
+                    let next = self.tokens.get(index + 1);
+                    let has_operand = next.is_some_and(|&(_, token, _)| {
+                        token.starts_operand() || token == Token::Not
+                    });
+                    let is_difference = self.tokens[list.index].1 == Token::SubBlend;
+                    if is_difference && list.has_comma && !list.has_name && !has_operand {
+                        lists.insert(list.index);
+                    }
+                }
+                Token::Comma | Token::Colon => {
+                    if let Some(list) = open.last_mut() {
+                        list.has_comma |= token == Token::Comma;
+                        list.has_name |= token == Token::Colon;
+                    }
+                }
+                _ => {}
+            }
+        }
+        if lists.is_empty() {
+            return;
+        }
+        for (index, word) in std::mem::take(&mut self.tokens).into_iter().enumerate() {
+            let (start, _, end) = word;
+            if lists.contains(&index) {
+                self.tokens.push((start, Token::Minus, start + 1));
+                self.tokens.push((start + 1, Token::OpenBracket, end));
+            } else {
+                self.tokens.push(word);
+            }
+        }
+    }
+
     fn follows_operand(&self) -> bool {
         self.tokens
             .last()

@@ -38,7 +38,7 @@ pub fn notes(module: &Module, settings: &RenderSettings, image: &Image) -> Vec<S
     if is_inside {
         notes.push(format!(
             "the camera is inside a solid: at {} the field is {}. Move it out; of a solid without an end, \
-             such as `!shape`, cut a piece with `& box(…)`",
+             such as `!shape`, cut a piece with `& box(…)`; negate a field that is positive inside",
             format_point(from),
             format_number(f64::from(camera_field))
         ));

@@ -8,7 +8,7 @@ use super::diagnose::{self, nearest};
 use super::value::{Abort, Closure, Env, EvalResult, Value};
 use super::vocabulary::{self, BuiltinFunction};
 use super::{CallFrame, Elaborator};
-use sdfc_lang::ast::{Arg, Args, Call, Ident, Suffix};
+use sdfc_lang::ast::{Arg, Args, Call, FnParam, Ident, Suffix};
 use sdfc_lang::{Diagnostic, Span, codes};
 use std::rc::Rc;
 
@@ -313,9 +313,32 @@ impl<'a> Elaborator<'a> {
         values: impl IntoIterator<Item = Value<'a>>,
         span: Span,
     ) -> EvalResult<'a> {
+        let values: Vec<Value<'a>> = values.into_iter().collect();
+        if let (Value::Function(closure), [Value::Vector(_)]) = (callee, values.as_slice())
+            && let Some(coordinates) = names_of_coordinates(closure.params)
+        {
+            let point = closure.params[0].name.span;
+            let message = "this function takes coordinates, and is given the point as one vector";
+            let diagnostic = Diagnostic::error(codes::E0204, closure.span, message);
+            self.report(diagnostic.label(point, "the point").help(format!(
+                "name the point, and read its coordinates: `fn(p) =>`, and {coordinates}"
+            )));
+            return Ok(Value::Poison);
+        }
         self.point_function_depth += 1;
         let result = self.apply(callee, values, span)?;
         self.point_function_depth -= 1;
         Ok(result)
     }
+}
+
+/// Returns how the coordinates of a point are written instead of two or three parameters without defaults.
+fn names_of_coordinates(params: &[FnParam]) -> Option<String> {
+    let is_required = |param: &FnParam| param.default.is_none();
+    if !(2..=3).contains(&params.len()) || !params.iter().all(is_required) {
+        return None;
+    }
+    let coordinates = params.iter().zip(["p.x", "p.y", "p.z"]);
+    let names = coordinates.map(|(param, axis)| format!("`{axis}` for `{}`", param.name.name));
+    Some(names.collect::<Vec<_>>().join(", "))
 }

@@ -23,6 +23,10 @@ const MISTAKES: &[(&str, &str)] = &[
         "a formula that is no function",
         "field(dot(p, p) - 1) | sphere(1).displace(0.1 * sin(9 * p.x))",
     ),
+    (
+        "a field of coordinates",
+        "field(fn(x, y, z) => x * x + y * y + z * z - 1) | sphere(1).warp(fn(u, v) => [u, v, 0])",
+    ),
     ("unknown argument", "cylinder(radius: 1, h: 2)"),
     ("near argument", "sphere(1) | box(1, rond: 0.1)"),
     ("missing argument", "cylinder(r: 1)"),

@@ -94,6 +94,7 @@ fn precedence_and_blends() {
          let c = (u | v & w -[chamfer, 0.3] x) |[stairs, 0.4, n: 4] y &[0.1] z;
          let d = 1..n + 1;
          let e = fn(p: vec3, k = 2) => { let q = p; -[q.x, -1] };
+         let l = p-[1, 0]-[q.x, 2] |[0.2] (u-[chamfer, 0.1] !v) -[stairs, 0.1, n: 2] [w, x];
          blend(0.2, kernel: cubic) { a | if c { u } else if d { v } else { w } }"
     )));
 }
