@@ -7,6 +7,7 @@ use crate::analysis::visible_bounds::scene_size;
 use crate::cutter_extension::extend_cutters_with_bounds;
 use crate::distribute::distribute_maps;
 use crate::expression::{ExprId, ParamId, Stage};
+use crate::field_factors::remove_factors;
 use crate::graph::{Graph, GraphNode, GraphNumber, Purpose};
 use crate::leaves::LeafTracker;
 use crate::lower::{lower, lower_leaf_ids};
@@ -164,6 +165,7 @@ pub(crate) fn compile_with(
     let Some(root) = select_root(&scene, options) else {
         return (None, vec![nothing_to_draw(&scene, options)]);
     };
+    remove_factors(&mut scene, root);
     let mut uniforms = Uniforms::new(scene.params.iter().map(|param| param.value.len()));
     let mut bounds_for_all_params = ShapeBounds::for_all_params();
     let root = extend_cutters_with_bounds(&mut scene, &mut bounds_for_all_params, root);

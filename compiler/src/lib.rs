@@ -10,6 +10,7 @@ pub mod elaborate;
 pub mod export;
 pub mod expression;
 pub mod fidget_text;
+mod field_factors;
 mod formula;
 pub mod graph;
 mod leaves;

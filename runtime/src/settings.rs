@@ -10,6 +10,7 @@ mod camera_changes;
 mod camera_placement;
 mod framing;
 mod plane_scale;
+mod space_scale;
 
 use crate::render::{
     CellMode, FieldFacts, LightEmitter, Lighting, Mode, Normals, Occlusion, RenderSettings,
@@ -161,8 +162,11 @@ pub fn resolve(
     )?;
     let camera = camera(settings, overrides.camera.as_deref())?;
     let camera_distance = camera.and_then(|camera| camera_target_distance(camera, uniform_values));
-    let target = FramingTarget::from_bounds(&settings.bounds)
+    let mut target = FramingTarget::from_bounds(&settings.bounds)
         .with_known_size(settings.subject.as_ref(), camera_distance);
+    if !settings.is_2d && settings.subject.is_none() && camera_distance.is_none() {
+        target = target.with_features(&module.distance);
+    }
     let view = match overrides.view {
         Some(view) => view,
         None => view(

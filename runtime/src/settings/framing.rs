@@ -6,6 +6,7 @@
 //! alone.
 
 use super::plane_scale::square_with_edges;
+use super::space_scale::scale_of_features;
 use crate::render::{ResolvedLens, View};
 use glam::DVec3;
 use sdfc_vm::bounds::Bounds;
@@ -20,6 +21,8 @@ pub(super) struct FramingTarget {
     bounds: Bounds,
     /// About half the size of the subject, from which default lengths follow.
     size: f64,
+    /// Length of the shown box along infinite sides.
+    scale: f64,
     /// Set if the bounds have no finite side, so that the size is a guess.
     is_guessed: bool,
 }
@@ -34,6 +37,9 @@ const MIN_DISTANCE_IN_SIZES: f64 = 0.1;
 const MAX_ELEVATION: f64 = 1.5;
 /// Side of the shown box if the bounds have no size.
 const DEFAULT_SIDE: f64 = 2.0;
+/// Minimum side that follows from the distance of a single finite side from the origin. Searches for bounds leave
+/// about 1e-11.
+const MIN_GUESSED_SIDE: f64 = 1e-6;
 /// Half the size of such a scene, as a fraction of the distance from the camera to its target.
 const SIZE_PER_DISTANCE: f64 = 0.3;
 /// Minimum length of rays in an infinite scene, in distances of the camera from its target.
@@ -53,9 +59,19 @@ impl FramingTarget {
         let farthest = corners
             .filter(|v| v.is_finite())
             .fold(0.0_f64, |max, v| max.max(v.abs()));
-        let candidates = [largest_side, 2.0 * farthest];
-        let size = candidates.into_iter().find(|&s| s > 0.0);
-        let scale = size.unwrap_or(DEFAULT_SIDE);
+        let scale = match (largest_side, 2.0 * farthest) {
+            (side, _) if side > 0.0 => side,
+            (_, side) if side > MIN_GUESSED_SIDE => side,
+            _ => DEFAULT_SIDE,
+        };
+        Self {
+            is_guessed: largest_side == 0.0,
+            ..Self::at_scale(bounds, scale)
+        }
+    }
+
+    /// Returns the target whose infinite sides have a length.
+    fn at_scale(bounds: &Bounds, scale: f64) -> Self {
         let mut shown = *bounds;
         for i in 0..3 {
             let (low, high) = (bounds.min[i], bounds.max[i]);
@@ -73,7 +89,23 @@ impl FramingTarget {
             size: shown.half_diagonal(),
             shown,
             bounds: *bounds,
-            is_guessed: largest_side == 0.0,
+            scale,
+            is_guessed: false,
+        }
+    }
+
+    /// Returns the target at a scale that shows the features of the field, if its bounds have no size.
+    pub(super) fn with_features(self, field: &Program) -> Self {
+        let scale = self.is_guessed.then(|| {
+            let box_at = |scale: f64| Self::at_scale(&self.bounds, scale).shown;
+            scale_of_features(field, self.scale, box_at)
+        });
+        match scale.flatten() {
+            Some(scale) => Self {
+                is_guessed: true,
+                ..Self::at_scale(&self.bounds, scale)
+            },
+            None => self,
         }
     }
 

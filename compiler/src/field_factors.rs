@@ -1,0 +1,131 @@
+//! Positive factors of raw fields, which change neither the sign nor the surface.
+//!
+//! Where only the sign of a field counts, its factors are removed before anything is searched or proved. So a factor
+//! changes no bit of a picture. Offsets, blends and displacements act on the written value, and keep it.
+
+use crate::analysis::param_ranges::ParamRanges;
+use crate::expression::{ExprId, Expression, Expressions, Stage};
+use crate::lower::{ValueUse, operand_uses};
+use crate::scene::{NO_SURFACE_DISTANCE, Scene, SceneRef, ShapeId, ShapeKind};
+use sdfc_vm::table::Op;
+use std::collections::HashSet;
+
+/// Removes the factors of all fields below a shape whose sign alone counts. A field with a stated slope keeps them.
+pub(crate) fn remove_factors(scene: &mut Scene, root: ShapeId) {
+    let start = (root, ValueUse::Step);
+    let (mut visited, mut pending) = (HashSet::from([start]), vec![start]);
+    while let Some((id, value_use)) = pending.pop() {
+        let kind = &scene.shapes[id.0 as usize].kind;
+        let operands = operand_uses(kind, value_use).into_iter();
+        pending.extend(operands.filter(|&operand| visited.insert(operand)));
+    }
+    let ranges = ParamRanges::for_scene(SceneRef::from(&*scene));
+    let by_sign = |&&(id, value_use): &&(ShapeId, ValueUse)| {
+        value_use == ValueUse::Step && !visited.contains(&(id, ValueUse::Written))
+    };
+    for &(id, _) in visited.iter().filter(by_sign) {
+        let shape = &mut scene.shapes[id.0 as usize];
+        if let ShapeKind::Field {
+            value, slope: None, ..
+        } = &mut shape.kind
+        {
+            *value = without_factors(&mut scene.expressions, *value, &ranges);
+        }
+    }
+}
+
+/// Maximum depth of products in which factors are found.
+const MAX_DEPTH: u32 = 32;
+
+/// Returns a field with the same sign without positive factors.
+fn without_factors(e: &mut Expressions, number: ExprId, ranges: &ParamRanges) -> ExprId {
+    if let Expression::Apply {
+        op: Op::Select,
+        values,
+        ..
+    } = e.get(number).clone()
+        && let &[undefined, outside, defined] = values.as_slice()
+        && e.as_constant(outside) == Some(NO_SURFACE_DISTANCE)
+    {
+        let defined = without_factors(e, defined, ranges);
+        return e.call(Op::Select, &[undefined, outside, defined]);
+    }
+    let mut factors = Factors {
+        e,
+        ranges,
+        is_negated: false,
+        live: Vec::new(),
+    };
+    let rest = factors.remove(number, MAX_DEPTH);
+    let Factors {
+        is_negated, live, ..
+    } = factors;
+    let value = match is_negated {
+        true => e.call(Op::Neg, &[rest]),
+        false => rest,
+    };
+    // Where a factor is zero, the field is, and has no surface.
+    live.into_iter().fold(value, |value, factor| {
+        let [zero, outside] = [0.0, NO_SURFACE_DISTANCE].map(|number| e.constant(number));
+        let is_above = e.call(Op::Less, &[zero, factor]);
+        e.call(Op::Select, &[is_above, value, outside])
+    })
+}
+
+/// Factors that were removed from a product.
+struct Factors<'a> {
+    e: &'a mut Expressions,
+    ranges: &'a ParamRanges,
+    /// Set if the product of the constant ones is negative.
+    is_negated: bool,
+    live: Vec<ExprId>,
+}
+
+impl Factors<'_> {
+    /// Returns a product without its factors. It recurses over products, up to a depth.
+    fn remove(&mut self, number: ExprId, depth: u32) -> ExprId {
+        let Expression::Apply { op, values, .. } = self.e.get(number).clone() else {
+            return number;
+        };
+        match (op, values.as_slice()) {
+            _ if depth == 0 || self.e.stage(number) <= Stage::Uniform => number,
+            (Op::Neg, &[a]) => {
+                self.is_negated = !self.is_negated;
+                self.remove(a, depth - 1)
+            }
+            (Op::Mul, &[a, b]) if self.take(a, op) => self.remove(b, depth - 1),
+            (Op::Mul | Op::Div, &[a, b]) if self.take(b, op) => self.remove(a, depth - 1),
+            (Op::Mul | Op::Div, &[a, b]) => {
+                let operands = [a, b].map(|operand| self.remove(operand, depth - 1));
+                match operands == [a, b] {
+                    true => number,
+                    false => self.e.call(op, &operands),
+                }
+            }
+            _ => number,
+        }
+    }
+
+    /// Removes a uniform factor or divisor, and reports whether it can be.
+    fn take(&mut self, factor: ExprId, op: Op) -> bool {
+        match self.e.as_constant(factor) {
+            _ if self.e.stage(factor) > Stage::Uniform => false,
+            Some(factor) => {
+                let has_sign = factor.is_finite() && factor != 0.0;
+                self.is_negated ^= has_sign && factor < 0.0;
+                has_sign
+            }
+            None => {
+                let is_factor = op == Op::Mul && is_positive(self.e, factor, self.ranges);
+                self.live.extend(is_factor.then_some(factor));
+                is_factor
+            }
+        }
+    }
+}
+
+/// Reports whether a live number is negative for no value of the parameters.
+fn is_positive(expressions: &Expressions, number: ExprId, ranges: &ParamRanges) -> bool {
+    let range = ranges.number(expressions, number);
+    range.lo >= 0.0 && range.lo < range.hi
+}
