@@ -7,6 +7,7 @@ use crate::analysis::param_ranges::ParamRanges;
 use crate::expression::{ExprId, Expression, Expressions, Stage};
 use crate::lower::{ValueUse, operand_uses};
 use crate::scene::{NO_SURFACE_DISTANCE, Scene, SceneRef, ShapeId, ShapeKind};
+use crate::uniforms::postorder;
 use sdfc_vm::table::Op;
 use std::collections::HashSet;
 
@@ -50,13 +51,14 @@ fn without_factors(e: &mut Expressions, number: ExprId, ranges: &ParamRanges) ->
         let defined = without_factors(e, defined, ranges);
         return e.call(Op::Select, &[undefined, outside, defined]);
     }
-    let mut factors = Factors {
-        e,
-        ranges,
-        is_negated: false,
-        live: Vec::new(),
-    };
-    let rest = factors.remove(number, MAX_DEPTH);
+    let mut factors = Factors::new(e, ranges, true);
+    let mut rest = factors.remove(number, MAX_DEPTH);
+    let leaves = leaves(factors.e, rest);
+    if factors.leaves.iter().any(|leaf| leaves.contains(leaf)) {
+        // Of `r * sin(p.x / r)`, the slope does not depend on `r`.
+        factors = Factors::new(e, ranges, false);
+        rest = factors.remove(number, MAX_DEPTH);
+    }
     let Factors {
         is_negated, live, ..
     } = factors;
@@ -66,9 +68,12 @@ fn without_factors(e: &mut Expressions, number: ExprId, ranges: &ParamRanges) ->
     };
     // Where a factor is zero, the field is, and has no surface.
     live.into_iter().fold(value, |value, factor| {
-        let [zero, outside] = [0.0, NO_SURFACE_DISTANCE].map(|number| e.constant(number));
+        let [zero, far, reduced] =
+            [0.0, NO_SURFACE_DISTANCE, -2.0 * NO_SURFACE_DISTANCE].map(|number| e.constant(number));
         let is_above = e.call(Op::Less, &[zero, factor]);
-        e.call(Op::Select, &[is_above, value, outside])
+        let change = e.call(Op::Mul, &[is_above, reduced]);
+        let least = e.call(Op::Add, &[far, change]);
+        e.call(Op::Max, &[value, least])
     })
 }
 
@@ -78,10 +83,26 @@ struct Factors<'a> {
     ranges: &'a ParamRanges,
     /// Set if the product of the constant ones is negative.
     is_negated: bool,
+    /// Set if live ones are removed, too.
+    takes_live: bool,
+    /// Live ones that may be zero.
     live: Vec<ExprId>,
+    /// Parameters and time of all live ones.
+    leaves: HashSet<ExprId>,
 }
 
-impl Factors<'_> {
+impl<'a> Factors<'a> {
+    fn new(e: &'a mut Expressions, ranges: &'a ParamRanges, takes_live: bool) -> Self {
+        Self {
+            e,
+            ranges,
+            is_negated: false,
+            takes_live,
+            live: Vec::new(),
+            leaves: HashSet::new(),
+        }
+    }
+
     /// Returns a product without its factors. It recurses over products, up to a depth.
     fn remove(&mut self, number: ExprId, depth: u32) -> ExprId {
         let Expression::Apply { op, values, .. } = self.e.get(number).clone() else {
@@ -116,16 +137,27 @@ impl Factors<'_> {
                 has_sign
             }
             None => {
-                let is_factor = op == Op::Mul && is_positive(self.e, factor, self.ranges);
-                self.live.extend(is_factor.then_some(factor));
+                let range = self.ranges.number(self.e, factor);
+                let is_positive = range.lo >= 0.0 && range.lo < range.hi;
+                let is_factor = self.takes_live && op == Op::Mul && is_positive;
+                if is_factor {
+                    self.leaves.extend(leaves(self.e, factor));
+                    self.live.extend((range.lo == 0.0).then_some(factor));
+                }
                 is_factor
             }
         }
     }
 }
 
-/// Reports whether a live number is negative for no value of the parameters.
-fn is_positive(expressions: &Expressions, number: ExprId, ranges: &ParamRanges) -> bool {
-    let range = ranges.number(expressions, number);
-    range.lo >= 0.0 && range.lo < range.hi
+/// Returns the parameters, and the time, that a number depends on.
+fn leaves(expressions: &Expressions, number: ExprId) -> HashSet<ExprId> {
+    let operands = postorder(expressions, number, |_| false).into_iter();
+    let is_leaf = |&id: &ExprId| {
+        matches!(
+            expressions.get(id),
+            Expression::Param(..) | Expression::Time
+        )
+    };
+    operands.filter(is_leaf).collect()
 }

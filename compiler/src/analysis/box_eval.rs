@@ -135,6 +135,8 @@ pub(crate) struct BoxNumber<R> {
     has_norms: bool,
     /// Set if discontinuities are held.
     held: Option<HeldBranches>,
+    /// For each step, whether it is the same at all points. A jump between values of a parameter is no gradient.
+    is_uniform: Vec<bool>,
 }
 
 /// One step of a program; operands are indices of earlier steps.
@@ -176,6 +178,7 @@ impl<R: BoxValue> BoxNumber<R> {
             needs_relative: false,
             has_norms: false,
             held: None,
+            is_uniform: Vec::with_capacity(order.len()),
         };
         for &id in &order {
             let step = match expressions.get(id) {
@@ -228,6 +231,9 @@ impl<R: BoxValue> BoxNumber<R> {
                     }
                 }
             };
+            number
+                .is_uniform
+                .push(expressions.stage(id) <= Stage::Uniform);
             number.add(step);
         }
         number
@@ -295,8 +301,11 @@ impl<R: BoxValue> BoxNumber<R> {
     pub(crate) fn eval_all(&mut self, bounds: &Bounds, ranges: &[Interval]) -> &[R] {
         self.values.clear();
         self.relative.clear();
-        for step in &self.steps {
+        for (step, &is_uniform) in self.steps.iter().zip(&self.is_uniform) {
             let mut value = step.value(bounds, ranges, &self.values);
+            if is_uniform {
+                value = R::from_range(value.range());
+            }
             if let Some(held) = self.held {
                 value = value.hold_branches(step, &self.values, held);
             }
