@@ -14,6 +14,8 @@ use sdfc_vm::vector::V3;
 
 /// Number of sample points of a scene.
 const SAMPLE_POINTS: u32 = 8192;
+/// Value from which on a point is one at which the field is not defined, or there is no shape.
+const MIN_UNDEFINED_VALUE: f32 = 1e8;
 
 /// Brightness that gives less than the first step of grey on a white surface.
 const MIN_VISIBLE_LIGHT: f64 = 1.5e-4;
@@ -35,7 +37,13 @@ pub fn notes(module: &Module, settings: &RenderSettings, image: &Image) -> Vec<S
             }
             ResolvedLens::Orthographic(_) => stats.inside > 0 && stats.hits == 0,
         };
-    if is_inside {
+    let mut bounded_samples = samples(module, &module.settings.bounds, settings.is_2d);
+    if is_inside && bounded_samples.all(|(value, _)| value < 0.0) {
+        notes.push(format!(
+            "all of space is inside: the field is below zero at all of {SAMPLE_POINTS} sampled points. Negate it, or \
+             cut a piece with `& box(…)`"
+        ));
+    } else if is_inside {
         notes.push(format!(
             "the camera is inside a solid: at {} the field is {}. Move it out; of a solid without an end, \
              such as `!shape`, cut a piece with `& box(…)`; negate a field that is positive inside",
@@ -124,6 +132,12 @@ fn nothing_visible_reason(module: &Module, settings: &RenderSettings) -> String 
             .to_owned();
     }
     let (min_value, min_point) = min_sample(module, bounds, settings.is_2d);
+    if min_value > MIN_UNDEFINED_VALUE {
+        return format!(
+            "the field is not defined at any of {SAMPLE_POINTS} sampled points, where it takes a root or a logarithm of \
+             a negative number, for example. Such points are outside"
+        );
+    }
     if min_value >= 0.0 {
         return format!(
             "the field is nowhere below zero at {SAMPLE_POINTS} sampled points, and {} at least, near {}. \
@@ -219,16 +233,20 @@ fn min_visible_depth(point: [f64; 3], camera: [f64; 3]) -> f64 {
 
 /// Returns the least value of the field at points spread over the shown region, and its point.
 fn min_sample(module: &Module, bounds: &Bounds, is_2d: bool) -> (f32, [f64; 3]) {
+    samples(module, bounds, is_2d)
+        .filter(|(value, _)| !value.is_nan())
+        .min_by(|(a, _), (b, _)| a.total_cmp(b))
+        .unwrap_or((f32::INFINITY, finite_bounds(bounds).centre()))
+}
+
+/// Returns the values of the field at points spread over the shown region, with the points.
+fn samples(module: &Module, bounds: &Bounds, is_2d: bool) -> impl Iterator<Item = (f32, [f64; 3])> {
     let shown = finite_bounds(bounds);
-    let points = (1..=SAMPLE_POINTS).map(|number| {
+    let points = (1..=SAMPLE_POINTS).map(move |number| {
         let [x, y, z] = shown.quasi_random_point(number);
         [x, y, if is_2d { 0.0 } else { z }]
     });
-    let values = points.map(|p| (field_at(module, p), p));
-    values
-        .filter(|(value, _)| !value.is_nan())
-        .min_by(|(a, _), (b, _)| a.total_cmp(b))
-        .unwrap_or((f32::INFINITY, shown.centre()))
+    points.map(|p| (field_at(module, p), p))
 }
 
 /// Formats a point with three digits per coordinate.

@@ -156,6 +156,31 @@ const SCENES: &[(&str, &str, &str)] = &[
         "the camera is inside a solid",
     ),
     (
+        "a field with its sign reversed",
+        "camera { from: [0, 0, 5], look: [0, 0, 0] }\nfield(fn(p) => 1 - length(p))",
+        "negate a field that is positive inside",
+    ),
+    (
+        "everything inside",
+        "field(fn(p) => -1 - dot(p, p))",
+        "all of space is inside",
+    ),
+    (
+        "a field that is defined nowhere",
+        "field(fn(p) => sqrt(-1 - dot(p, p)))",
+        "the field is not defined at any of",
+    ),
+    (
+        "a field with its highest points at zero",
+        "field(fn(p) => p.y + 1 - sin(p.x) * sin(p.z))",
+        "",
+    ),
+    (
+        "balls below a plane through the origin",
+        "field(fn(p) => max(p.y, length((p % 2) - [1, 1, 1]) - 0.5))",
+        "",
+    ),
+    (
         "a light within a solid",
         "light { at: [0, 0.2, 0] }\nsphere(1)",
         "the light at [0, 0.2, 0] is inside a solid",
