@@ -1,7 +1,7 @@
 //! Scale at which the features of a solid without known extent are seen.
 //!
-//! A wave, a lattice or a noise is bounded on one side or on none, and its bounds do not tell how long its waves
-//! are. In a box much smaller than these, all gradients of the field are alike.
+//! A wave, a lattice or a noise is bounded on one side or on none. Its bounds do not tell how long its waves are. In a
+//! box much smaller than these, all gradients of the field are alike.
 
 use glam::DVec3;
 use sdfc_vm::bounds::Bounds;
