@@ -5,33 +5,45 @@
 
 use crate::analysis::param_ranges::ParamRanges;
 use crate::expression::{ExprId, Expression, Expressions, Stage};
-use crate::lower::{ValueUse, operand_uses};
-use crate::scene::{NO_SURFACE_DISTANCE, Scene, SceneRef, ShapeId, ShapeKind};
+use crate::scene::{NO_SURFACE_DISTANCE, Scene, SceneRef, ShapeId, ShapeKind, children};
 use crate::uniforms::postorder;
 use sdfc_vm::table::Op;
 use std::collections::HashSet;
 
 /// Removes the factors of all fields below a shape whose sign alone counts. A field with a stated slope keeps them.
 pub(crate) fn remove_factors(scene: &mut Scene, root: ShapeId) {
-    let start = (root, ValueUse::Step);
+    // Each shape, with whether its sign alone counts.
+    let start = (root, true);
     let (mut visited, mut pending) = (HashSet::from([start]), vec![start]);
-    while let Some((id, value_use)) = pending.pop() {
+    while let Some((id, by_sign)) = pending.pop() {
         let kind = &scene.shapes[id.0 as usize].kind;
-        let operands = operand_uses(kind, value_use).into_iter();
+        let by_sign = by_sign && keeps_signs(kind);
+        let operands = children(kind).iter().map(|&child| (child, by_sign));
         pending.extend(operands.filter(|&operand| visited.insert(operand)));
     }
     let ranges = ParamRanges::for_scene(SceneRef::from(&*scene));
-    let by_sign = |&&(id, value_use): &&(ShapeId, ValueUse)| {
-        value_use == ValueUse::Step && !visited.contains(&(id, ValueUse::Written))
-    };
-    for &(id, _) in visited.iter().filter(by_sign) {
-        let shape = &mut scene.shapes[id.0 as usize];
+    // In the order of the text, so that numbers are built in the same order each time.
+    for (index, shape) in (0..).zip(&mut scene.shapes) {
+        let [by_sign, by_value] = [true, false].map(|it| visited.contains(&(ShapeId(index), it)));
         if let ShapeKind::Field {
             value, slope: None, ..
         } = &mut shape.kind
+            && by_sign
+            && !by_value
         {
             *value = without_factors(&mut scene.expressions, *value, &ranges);
         }
+    }
+}
+
+/// Reports whether the sign of a shape follows from the signs of the shapes directly below it.
+fn keeps_signs(kind: &ShapeKind) -> bool {
+    match kind {
+        ShapeKind::Combine { op, .. } | ShapeKind::Distance { op, .. } => {
+            op.row().facts.uses_only_signs
+        }
+        ShapeKind::Displace { .. } => false,
+        _ => true,
     }
 }
 

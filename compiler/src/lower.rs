@@ -22,9 +22,7 @@ use crate::analysis::slope::ShapeSlopes;
 use crate::expression::{ExprId, Expression, Expressions};
 use crate::graph::{Graph, GraphNode, GraphNumber, NodeId, Origin, Purpose};
 use crate::leaves::LeafTracker;
-use crate::scene::{
-    MaterialId, NO_EDGE, NO_SURFACE_DISTANCE, Scene, SceneRef, ShapeId, ShapeKind, children,
-};
+use crate::scene::{MaterialId, NO_EDGE, NO_SURFACE_DISTANCE, Scene, SceneRef, ShapeId, ShapeKind};
 use crate::uniforms::{Uniforms, postorder};
 use paint::Coverage;
 use sdfc_lang::Diagnostic;
@@ -70,8 +68,8 @@ impl LocalPoint {
 }
 
 /// Use of a shape's value.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub(crate) enum ValueUse {
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum ValueUse {
     /// The value that the scene writes.
     Written,
     /// A safe step towards the surface, with the shape's sign: its slope is at most one.
@@ -334,7 +332,8 @@ impl Lowering<'_> {
                 let parameters = self.numbers(&parameters);
                 let point = self.apply(op, local_point, Vec::new(), parameters);
                 let child_point = local_point.moved_to(point);
-                if stretches(op) {
+                // An operation that stretches space becomes a step together with everything below it.
+                if matches!(op, Op::Twist | Op::Bend) {
                     let node = self.shape(child, child_point, ValueUse::Written);
                     self.convert_value(node, id, local_point, value_use)
                 } else {
@@ -651,25 +650,6 @@ impl Lowering<'_> {
             channels,
         })
     }
-}
-
-/// Returns the shapes directly below a shape, with the use of their values.
-pub(crate) fn operand_uses(kind: &ShapeKind, value_use: ValueUse) -> Vec<(ShapeId, ValueUse)> {
-    let operand_use = match kind {
-        ShapeKind::Combine { op, .. } | ShapeKind::Distance { op, .. } => {
-            operand_use(*op, value_use)
-        }
-        ShapeKind::Domain { op, .. } if stretches(*op) => ValueUse::Written,
-        ShapeKind::Warp { .. } | ShapeKind::Displace { .. } => ValueUse::Written,
-        _ => value_use,
-    };
-    let operands = children(kind).iter();
-    operands.map(|&child| (child, operand_use)).collect()
-}
-
-/// Reports whether a map stretches space, so that it becomes a step together with everything below it.
-fn stretches(op: Op) -> bool {
-    matches!(op, Op::Twist | Op::Bend)
 }
 
 /// Returns the use of an operation's operands.
