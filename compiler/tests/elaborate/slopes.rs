@@ -73,7 +73,7 @@ const FIELDS: &[(&str, f64, f64)] = &[
     // Sampled at another place. A warp that only shifts is bounded by a stretch of √3.
     (
         "field(fn(p) => 5 * (exp(p.x) - 1), within: 4).warp(fn(p) => [p.x + 9, p.y, p.z])",
-        6.75,
+        1.35,
         1.75,
     ),
     // Handwritten soft minima are means of their operands, over any range of exponentials.
