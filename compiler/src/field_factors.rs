@@ -1,8 +1,9 @@
 //! Positive factors of raw fields, which change neither the sign nor the surface.
 //!
-//! Where only the sign of a field counts, its factors are removed before anything is searched or proved. So a factor
-//! changes no bit of a picture. Offsets, blends and displacements act on the written value, and keep it.
+//! Factors of fields whose sign alone counts are removed before anything is searched or proved. So a factor changes
+//! no bit of a picture. Offsets, blends and displacements act on the written value, and keep it.
 
+use crate::analysis::definedness::parts_by_definedness;
 use crate::analysis::param_ranges::ParamRanges;
 use crate::expression::{ExprId, Expression, Expressions, Stage};
 use crate::scene::{NO_SURFACE_DISTANCE, Scene, SceneRef, ShapeId, ShapeKind, children};
@@ -52,15 +53,9 @@ const MAX_DEPTH: u32 = 32;
 
 /// Returns a field with the same sign without positive factors.
 fn without_factors(e: &mut Expressions, number: ExprId, ranges: &ParamRanges) -> ExprId {
-    if let Expression::Apply {
-        op: Op::Select,
-        values,
-        ..
-    } = e.get(number).clone()
-        && let &[undefined, outside, defined] = values.as_slice()
-        && e.as_constant(outside) == Some(NO_SURFACE_DISTANCE)
-    {
+    if let Some([undefined, defined]) = parts_by_definedness(e, number) {
         let defined = without_factors(e, defined, ranges);
+        let outside = e.constant(NO_SURFACE_DISTANCE);
         return e.call(Op::Select, &[undefined, outside, defined]);
     }
     let mut factors = Factors::new(e, ranges, true);

@@ -46,6 +46,27 @@ pub(crate) fn outside_where_undefined(
     }
 }
 
+/// Returns the condition under which a field is not defined, and its value elsewhere, as [`outside_where_undefined`]
+/// joined them; `None` for a field that is defined everywhere.
+pub(crate) fn parts_by_definedness(
+    expressions: &Expressions,
+    field: ExprId,
+) -> Option<[ExprId; 2]> {
+    let Expression::Apply {
+        op: Op::Select,
+        values,
+        ..
+    } = expressions.get(field)
+    else {
+        return None;
+    };
+    let &[undefined, outside, value] = values.as_slice() else {
+        return None;
+    };
+    let is_outside = expressions.as_constant(outside) == Some(NO_SURFACE_DISTANCE);
+    is_outside.then_some([undefined, value])
+}
+
 /// Returns the condition that one of these numbers is not defined at the point; `None` if all are proved to be
 /// defined everywhere.
 pub(crate) fn undefined_condition(

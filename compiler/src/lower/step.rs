@@ -5,6 +5,7 @@
 //! shape whose bound grows with the region, the divisor is a power of the distance from the origin.
 
 use super::{LocalPoint, Lowering};
+use crate::analysis::definedness::parts_by_definedness;
 use crate::analysis::param_ranges::ParamRanges;
 use crate::analysis::shape_range::ShapeRange;
 use crate::analysis::slope::{
@@ -13,7 +14,7 @@ use crate::analysis::slope::{
 };
 use crate::analysis::visible_bounds::farthest;
 use crate::elaborate::format_short;
-use crate::expression::{ExprId, Expression};
+use crate::expression::ExprId;
 use crate::formula::numbers;
 use crate::graph::{GraphNode, GraphNumber, NodeId};
 use crate::scene::{NO_SURFACE_DISTANCE, SceneRef, ShapeId, ShapeKind, children};
@@ -194,20 +195,7 @@ impl Lowering<'_> {
     /// Returns a field whose value at undefined points is multiplied by a factor; `None` if it is defined everywhere.
     fn with_outside_times(&mut self, number: ExprId, factor: f64) -> Option<ExprId> {
         let expressions = &mut self.scene.expressions;
-        let Expression::Apply {
-            op: Op::Select,
-            values,
-            ..
-        } = expressions.get(number)
-        else {
-            return None;
-        };
-        let &[undefined, outside, value] = values.as_slice() else {
-            return None;
-        };
-        if expressions.as_constant(outside) != Some(NO_SURFACE_DISTANCE) {
-            return None;
-        }
+        let [undefined, value] = parts_by_definedness(expressions, number)?;
         let outside = (NO_SURFACE_DISTANCE * factor).min(MAX_OUTSIDE_DISTANCE);
         let outside = expressions.constant(outside);
         Some(expressions.call(Op::Select, &[undefined, outside, value]))

@@ -21,7 +21,7 @@ const SPREAD_FRACTION: f64 = 0.5;
 const FEATURES_SHOWN: f64 = 4.0;
 const MAX_FEATURES_SHOWN: f64 = 64.0;
 /// Maximum number of instructions that are evaluated; longer programs keep their scale.
-const MAX_INSTRUCTIONS: usize = 4_000_000;
+const MAX_INSTRUCTIONS: usize = 1_000_000;
 
 /// Returns a better scale for a solid without finite sides than a guessed one; `None` if that shows its features, or
 /// if there are none. `box_at` returns the shown box at a scale.

@@ -13,7 +13,6 @@ use sdfc_vm::dual::Dual;
 use sdfc_vm::interval::Interval;
 use sdfc_vm::vector::V3;
 use std::collections::HashMap;
-use std::rc::Rc;
 
 /// Ratio of a bound to the median slope from which on bounds around each point are worth their
 /// operations.
@@ -27,7 +26,7 @@ pub(super) struct RegionBounds<'a> {
     ranges: &'a ParamRanges,
     budget: &'a mut Budget,
     /// Slopes of numbers and of their operands at the sample points.
-    sampled: HashMap<ExprId, Rc<[f64]>>,
+    sampled: HashMap<ExprId, Vec<f64>>,
 }
 
 impl<'a> RegionBounds<'a> {
@@ -73,7 +72,7 @@ impl<'a> RegionBounds<'a> {
         if !self.sampled.contains_key(&number) {
             self.sample(expressions, number);
         }
-        let mut slopes = self.sampled.get(&number)?.to_vec();
+        let mut slopes = self.sampled.get(&number)?.clone();
         let middle = slopes.len() / 2;
         let (_, median, _) = slopes.select_nth_unstable_by(middle, f64::total_cmp);
         Some(*median)
@@ -90,7 +89,6 @@ impl<'a> RegionBounds<'a> {
                 slopes.push((x * x + y * y + z * z).sqrt());
             }
         }
-        let slopes = slopes.into_iter().map(Rc::from);
         self.sampled.extend(operands.into_iter().zip(slopes));
     }
 
