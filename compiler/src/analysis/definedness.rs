@@ -46,8 +46,8 @@ pub(crate) fn outside_where_undefined(
     }
 }
 
-/// Returns the condition under which a field is not defined, and its value elsewhere, as [`outside_where_undefined`]
-/// joined them; `None` for a field that is defined everywhere.
+/// Takes apart a field that [`outside_where_undefined`] built: the condition that it is not defined, and its value
+/// elsewhere. `None` for a field that is defined everywhere.
 pub(crate) fn parts_by_definedness(
     expressions: &Expressions,
     field: ExprId,
