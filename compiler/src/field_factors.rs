@@ -1,17 +1,20 @@
 //! Positive factors of raw fields, which change neither the sign nor the surface.
 //!
 //! Factors of fields whose sign alone counts are removed before anything is searched or proved. So a factor changes
-//! no bit of a picture. Offsets, blends and displacements act on the written value, and keep it.
+//! no bit of a picture. Odd functions go with them. Offsets, blends and displacements act on the written value, and
+//! keep it.
 
 use crate::analysis::definedness::parts_by_definedness;
 use crate::analysis::param_ranges::ParamRanges;
 use crate::expression::{ExprId, Expression, Expressions, Stage};
+use crate::odd_functions::without_odd_functions;
 use crate::scene::{NO_SURFACE_DISTANCE, Scene, SceneRef, ShapeId, ShapeKind, children};
 use crate::uniforms::postorder;
 use sdfc_vm::table::Op;
 use std::collections::HashSet;
 
-/// Removes the factors of all fields below a shape whose sign alone counts. A field with a stated slope keeps them.
+/// Removes the factors of all fields below a shape whose sign alone counts, and odd functions around them. A field
+/// with a stated slope keeps its factors. That slope says nothing about a field without its odd functions.
 pub(crate) fn remove_factors(scene: &mut Scene, root: ShapeId) {
     // Each shape, with whether its sign alone counts.
     let start = (root, true);
@@ -26,13 +29,17 @@ pub(crate) fn remove_factors(scene: &mut Scene, root: ShapeId) {
     // In the order of the text, so that numbers are built in the same order each time.
     for (index, shape) in (0..).zip(&mut scene.shapes) {
         let [by_sign, by_value] = [true, false].map(|it| visited.contains(&(ShapeId(index), it)));
-        if let ShapeKind::Field {
-            value, slope: None, ..
-        } = &mut shape.kind
+        if let ShapeKind::Field { value, slope, .. } = &mut shape.kind
             && by_sign
             && !by_value
         {
-            *value = without_factors(&mut scene.expressions, *value, &ranges);
+            let field = without_odd_functions(&mut scene.expressions, *value);
+            if field != *value {
+                (*value, *slope) = (field, None);
+            }
+            if slope.is_none() {
+                *value = without_factors(&mut scene.expressions, field, &ranges);
+            }
         }
     }
 }

@@ -15,6 +15,7 @@ mod formula;
 pub mod graph;
 mod leaves;
 pub mod lower;
+mod odd_functions;
 pub mod open;
 pub mod passes;
 pub mod provenance;
