@@ -9,6 +9,7 @@ pub(crate) mod box_eval;
 mod climb;
 pub(crate) mod definedness;
 pub(crate) mod extent;
+pub(crate) mod extents;
 pub(crate) mod param_ranges;
 pub mod range;
 pub(crate) mod shape_range;

@@ -1,6 +1,7 @@
 //! Pipeline from a scene to a module.
 
 use crate::analysis::bounds::ShapeBounds;
+use crate::analysis::extents::extents;
 use crate::analysis::slope::ShapeSlopes;
 use crate::analysis::subject::{outline, subject};
 use crate::analysis::visible_bounds::scene_size;
@@ -21,7 +22,7 @@ use crate::wgsl;
 use sdfc_lang::{Diagnostic, Span, codes};
 use sdfc_vm::bounds::Bounds;
 use sdfc_vm::program::{Module, Program};
-use sdfc_vm::settings::{self, CurrentBounds, SettingValue, Settings};
+use sdfc_vm::settings::{self, CurrentBounds, Extents, SettingValue, Settings};
 use sdfc_vm::verify::{VerifyError, verify};
 use sdfc_vm::wgsl_library::WgslLibrary;
 use std::collections::HashMap;
@@ -238,6 +239,7 @@ pub(crate) fn compile_with(
     }
     let has_automatic_camera = scene.cameras.iter().any(|camera| camera.auto_framed);
     let needs_subject = has_automatic_camera || options.needs_subject;
+    let finite_part = subject.map(|(part, _)| part);
     let subject = subject.filter(|_| needs_subject).map(|(subject, bounds)| {
         // The root already has a graph, and its warnings were reported.
         let graph = (subject != root).then(|| {
@@ -262,6 +264,7 @@ pub(crate) fn compile_with(
     };
     let bounds = current_boxes.get(scene_ref, root);
     let bounds_for_all = bounds_for_all_params.get(scene_ref, root);
+    let extents = extents(scene_ref, &mut bounds_for_all_params, root, finite_part);
     let settings = build_settings(
         &mut scene,
         fallback,
@@ -275,6 +278,7 @@ pub(crate) fn compile_with(
         uniforms: uniforms.finish(),
         settings,
     };
+    module.settings.extents = extents;
     let uniform_values = module.update(0.0);
     module.settings.subject = subject.and_then(|(graph, bounds)| match graph {
         Some(graph) => {
@@ -458,6 +462,7 @@ fn build_settings(
         z_up: scene.z_up,
         bounds,
         subject: None,
+        extents: Extents::default(),
         bounds_for_all_params: reach,
         current_bounds: found,
         has_estimated_slopes,

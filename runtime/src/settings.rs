@@ -180,7 +180,7 @@ pub fn resolve(
     let far = overrides.far.or(render.far).unwrap_or_else(|| {
         target
             .with_bounds(&settings.bounds_for_all_params)
-            .far(&view)
+            .far(&settings.extents, &view)
     });
     let exposure = match overrides.exposure {
         Some(exposure) => exposure,

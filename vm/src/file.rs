@@ -22,7 +22,7 @@ use crate::verify::{VerifyError, verify};
 
 const MAGIC: u32 = u32::from_le_bytes(*b"SDFB");
 /// The version of the layout.
-pub const VERSION: u32 = 3;
+pub const VERSION: u32 = 4;
 const HEADER: usize = 5;
 /// The largest file that is read, in bytes.
 pub const MAX_BYTES: usize = 64 << 20;
@@ -326,7 +326,11 @@ fn check_settings(settings: &Settings, uniforms: &UniformProgram) -> Result<(), 
         &settings.bounds_for_all_params,
         &settings.current_bounds.bounds,
     ];
-    let mut corners = boxes.into_iter().flat_map(|b| b.min.iter().chain(&b.max));
+    let extents = &settings.extents;
+    let boxes = boxes.into_iter().chain(&extents.finite);
+    let mut corners = boxes
+        .chain(&extents.endless)
+        .flat_map(|b| b.min.iter().chain(&b.max));
     if corners.any(|v| v.is_nan()) {
         return Err("its bounds or its slope are not numbers");
     }

@@ -58,6 +58,8 @@ pub struct Settings {
     pub subject: Option<Outline>,
     /// Bounding box of the solid for all parameters and times.
     pub bounds_for_all_params: Bounds,
+    /// Boxes of its parts, if that box is infinite.
+    pub extents: Extents,
     /// Bounding box of the solid for one assignment of the parameters.
     pub current_bounds: CurrentBounds,
     /// Set if a field is divided by an estimate of its slope, since no bound is known.
@@ -73,6 +75,15 @@ pub struct Settings {
     pub materials: Vec<String>,
     /// The names of the outputs.
     pub parts: Vec<String>,
+}
+
+/// Boxes of the parts of an endless solid, for all parameters and times.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Extents {
+    /// Box of the solid without its endless parts; `None` if nothing is left, or if no finite box is known.
+    pub finite: Option<Bounds>,
+    /// Boxes of endless parts, each infinite on at least one side.
+    pub endless: Vec<Bounds>,
 }
 
 /// A bounding box for one assignment of the parameters and one time. Where a parameter changes the shape of

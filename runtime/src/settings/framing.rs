@@ -12,6 +12,7 @@ use glam::DVec3;
 use sdfc_vm::bounds::Bounds;
 use sdfc_vm::outline::Outline;
 use sdfc_vm::program::Program;
+use sdfc_vm::settings::Extents;
 
 /// The box that an image shows.
 pub(super) struct FramingTarget {
@@ -145,19 +146,15 @@ impl FramingTarget {
     }
 
     /// Returns the maximum length of rays: beyond the bounds, if they are finite.
-    pub(super) fn far(&self, view: &View) -> f64 {
+    ///
+    /// Rays reach beyond the finite part of an endless solid. Its endless parts are seen to many times their distance
+    /// from the camera.
+    pub(super) fn far(&self, extents: &Extents, view: &View) -> f64 {
         if self.bounds.is_empty() {
             return 1.0;
         }
         if self.bounds.is_finite() {
-            let distance = DVec3::from(view.from).distance(self.bounds.centre().into());
-            let radius = self.bounds.half_diagonal();
-            // Rays of a wide orthographic view start beside the camera.
-            let lateral = match view.lens {
-                ResolvedLens::Perspective(_) => 0.0,
-                ResolvedLens::Orthographic(height) => 4.0 * height,
-            };
-            return 1.01 * (distance + radius + lateral) + 1e-3 * radius;
+            return length_beyond(&self.bounds, view);
         }
         let distances = match view.lens {
             ResolvedLens::Perspective(fov) => {
@@ -165,13 +162,37 @@ impl FramingTarget {
             }
             ResolvedLens::Orthographic(_) => UNBOUNDED_FAR_DISTANCES,
         };
-        distances * view.target_distance().max(self.size)
+        let nearest = |bounds: &Bounds| distance_from(bounds, view.from.into());
+        let lengths = [view.target_distance(), self.size];
+        let lengths = lengths
+            .into_iter()
+            .chain(extents.endless.iter().map(nearest));
+        let endless = distances * lengths.fold(0.0, f64::max);
+        let finite = extents.finite.map(|bounds| length_beyond(&bounds, view));
+        finite.map_or(endless, |finite| endless.max(finite))
     }
 
     /// Returns the radius of occlusion in units of length: about the size of a crevice.
     pub(super) fn occlusion_reach(&self) -> f64 {
         0.15 * self.size
     }
+}
+
+/// Returns the length of rays that end beyond a finite box.
+fn length_beyond(bounds: &Bounds, view: &View) -> f64 {
+    let distance = DVec3::from(view.from).distance(bounds.centre().into());
+    let radius = bounds.half_diagonal();
+    // Rays of a wide orthographic view start beside the camera.
+    let lateral = match view.lens {
+        ResolvedLens::Perspective(_) => 0.0,
+        ResolvedLens::Orthographic(height) => 4.0 * height,
+    };
+    1.01 * (distance + radius + lateral) + 1e-3 * radius
+}
+
+/// Returns the distance of a point from a box, which may be infinite.
+fn distance_from(bounds: &Bounds, point: DVec3) -> f64 {
+    point.distance(point.clamp(bounds.min.into(), bounds.max.into()))
 }
 
 /// Returns the view of a 2-D shape, centred in the image.
@@ -335,7 +356,7 @@ mod tests {
                         (0.6..=0.9).contains(&edge),
                         "{bounds:?} {lens:?} {aspect}: {edge}"
                     );
-                    let far = FramingTarget::from_bounds(&bounds).far(&view);
+                    let far = FramingTarget::from_bounds(&bounds).far(&Extents::default(), &view);
                     let is_before_far =
                         |c: [f64; 3]| DVec3::from(c).distance(view.from.into()) < far;
                     assert!(bounds.corners().into_iter().all(is_before_far));
@@ -368,9 +389,44 @@ mod tests {
             let target = FramingTarget::from_bounds(&bounds);
             let view = framed_view(&camera_view, &Outline::from_bounds(&target.shown), 1.5);
             assert!(view.from.iter().all(|v| v.is_finite()), "{bounds:?}");
-            assert!(target.far(&view) > 0.0 && target.far(&view).is_finite());
+            assert!(
+                target.far(&Extents::default(), &view) > 0.0
+                    && target.far(&Extents::default(), &view).is_finite()
+            );
             assert!(target.occlusion_reach() > 0.0);
         }
+    }
+
+    #[test]
+    fn rays_reach_far_parts_of_an_endless_solid() {
+        let view = View {
+            from: [0.0, 1.0, 5.0],
+            look: [0.0; 3],
+            up: [0.0, 1.0, 0.0],
+            lens: ResolvedLens::Perspective(0.6),
+        };
+        let tower = Bounds {
+            min: [-100.0, 0.0, -9100.0],
+            max: [100.0, 300.0, -8900.0],
+        };
+        let floor = Bounds {
+            min: [f64::NEG_INFINITY; 3],
+            max: [f64::INFINITY, -5000.0, f64::INFINITY],
+        };
+        let target = FramingTarget::from_bounds(&Bounds::ALL_SPACE);
+        let extents = Extents {
+            finite: Some(tower),
+            endless: vec![Bounds::ALL_SPACE],
+        };
+        assert!((9100.0..10_000.0).contains(&target.far(&extents, &view)));
+        let extents = Extents {
+            finite: None,
+            endless: vec![Bounds::ALL_SPACE, floor],
+        };
+        assert_eq!(
+            target.far(&extents, &view),
+            5001.0 * UNBOUNDED_FAR_DISTANCES.max(UNBOUNDED_FAR_HALF_HEIGHTS / 0.3_f64.tan())
+        );
     }
 
     #[test]
@@ -388,7 +444,7 @@ mod tests {
                 up: [0.0, 1.0, 0.0],
                 lens: ResolvedLens::Perspective(fov),
             };
-            let far = FramingTarget::from_bounds(&ground).far(&view);
+            let far = FramingTarget::from_bounds(&ground).far(&Extents::default(), &view);
             let half_heights_below_horizon = (height / far).atan() / (fov / 2.0);
             assert!(
                 half_heights_below_horizon < 0.006,

@@ -10,8 +10,8 @@ use sdfc_vm::bounds::Bounds;
 use sdfc_vm::listing::parse;
 use sdfc_vm::program::{Module, Program};
 use sdfc_vm::settings::{
-    Camera, CurrentBounds, Lens, Light, LightSource, Normals, Occlusion, Render, SettingValue,
-    Settings, Shadow, Sky, Tonemap, Triple,
+    Camera, CurrentBounds, Extents, Lens, Light, LightSource, Normals, Occlusion, Render,
+    SettingValue, Settings, Shadow, Sky, Tonemap, Triple,
 };
 use sdfc_vm::uniform::{UniformProgram, UniformStep};
 use sdfc_vm::verify::verify;
@@ -142,6 +142,7 @@ fn settings() -> Settings {
         subject: None,
         bounds: Bounds::centred([2.0; 3]),
         bounds_for_all_params: Bounds::centred([2.0; 3]),
+        extents: Extents::default(),
         current_bounds: CurrentBounds {
             bounds: Bounds::centred([2.0; 3]),
             params: vec![],
