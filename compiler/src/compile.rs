@@ -14,7 +14,7 @@ use crate::leaves::LeafTracker;
 use crate::lower::{lower, lower_leaf_ids};
 use crate::passes::lod::LodTarget;
 use crate::passes::{Context, PassOptions, PassReport, optimize};
-use crate::scene::{MaterialId, Scene, SceneRef, ShapeId, ShapeKind};
+use crate::scene::{MaterialId, Scene, SceneParam, SceneRef, ShapeId, ShapeKind};
 use crate::schedule::schedule;
 use crate::seams::SeamSearch;
 use crate::uniforms::Uniforms;
@@ -224,7 +224,7 @@ pub(crate) fn compile_with(
         optimize(&graph, &context(purpose), &passes).0
     });
     if reports_seams {
-        let params = param_values(&scene);
+        let params = param_values(&scene.params);
         diagnostics.extend(
             SeamSearch {
                 scene: &mut scene,
@@ -256,19 +256,16 @@ pub(crate) fn compile_with(
         });
         (graph, bounds)
     });
-    let scene_ref = SceneRef::from(&scene);
-    let current_bounds = CurrentBounds {
-        bounds: ShapeBounds::at_time_and_values(options.time, HashMap::new()).get(scene_ref, root),
-        params: param_values(&scene),
-        time: options.time,
+    let boxes = SolidBoxes {
+        current_boxes,
+        boxes_for_all_params: bounds_for_all_params,
+        finite_part,
     };
-    let bounds = current_boxes.get(scene_ref, root);
-    let bounds_for_all = bounds_for_all_params.get(scene_ref, root);
-    let extents = extents(scene_ref, &mut bounds_for_all_params, root, finite_part);
+    let bounds = boxes.bounds(SceneRef::from(&scene), root, options.time);
     let settings = build_settings(
         &mut scene,
         fallback,
-        ([bounds, bounds_for_all], current_bounds),
+        bounds,
         slopes.uses_estimates,
         &mut uniforms,
     );
@@ -278,7 +275,6 @@ pub(crate) fn compile_with(
         uniforms: uniforms.finish(),
         settings,
     };
-    module.settings.extents = extents;
     let uniform_values = module.update(0.0);
     module.settings.subject = subject.and_then(|(graph, bounds)| match graph {
         Some(graph) => {
@@ -396,16 +392,47 @@ fn materials(scene: &Scene, root: ShapeId) -> (usize, MaterialId) {
 }
 
 /// Returns the numbers of a scene's parameters.
-fn param_values(scene: &Scene) -> Vec<f64> {
-    let numbers = scene.params.iter().flat_map(|param| &param.value);
+fn param_values(params: &[SceneParam]) -> Vec<f64> {
+    let numbers = params.iter().flat_map(|param| &param.value);
     numbers.copied().collect()
+}
+
+/// Boxes of all shapes, and what remains of the solid without its endless operands.
+struct SolidBoxes {
+    current_boxes: ShapeBounds,
+    boxes_for_all_params: ShapeBounds,
+    finite_part: Option<ShapeId>,
+}
+
+/// Bounding boxes of the solid.
+struct SolidBounds {
+    at_defaults: Bounds,
+    for_all_params: Bounds,
+    extents: Extents,
+    current: CurrentBounds,
+}
+
+impl SolidBoxes {
+    fn bounds(mut self, scene: SceneRef<'_>, root: ShapeId, time: f64) -> SolidBounds {
+        let boxes = &mut self.boxes_for_all_params;
+        SolidBounds {
+            at_defaults: self.current_boxes.get(scene, root),
+            for_all_params: boxes.get(scene, root),
+            extents: extents(scene, boxes, root, self.finite_part),
+            current: CurrentBounds {
+                bounds: ShapeBounds::at_time_and_values(time, HashMap::new()).get(scene, root),
+                params: param_values(scene.params),
+                time,
+            },
+        }
+    }
 }
 
 /// Returns the scene's settings, with numbers that engines can read.
 fn build_settings(
     scene: &mut Scene,
     fallback: MaterialId,
-    ([bounds, reach], found): ([Bounds; 2], CurrentBounds),
+    bounds: SolidBounds,
     has_estimated_slopes: bool,
     uniforms: &mut Uniforms,
 ) -> Settings {
@@ -460,11 +487,11 @@ fn build_settings(
         animation: scene.animation,
         is_2d: scene.is_2d,
         z_up: scene.z_up,
-        bounds,
+        bounds: bounds.at_defaults,
         subject: None,
-        extents: Extents::default(),
-        bounds_for_all_params: reach,
-        current_bounds: found,
+        bounds_for_all_params: bounds.for_all_params,
+        extents: bounds.extents,
+        current_bounds: bounds.current,
         has_estimated_slopes,
         time: 0.0,
         material,

@@ -1,6 +1,8 @@
 //! Notes on pictures that show less than their scene. Nothing may be in view, a camera or a light inside a
 //! solid, or a light too faint.
 
+mod uniform_picture;
+
 use crate::render::{
     Image, LightEmitter, Mode, RenderSettings, ResolvedLens, ResolvedLight, ResolvedShadow,
 };
@@ -72,6 +74,9 @@ pub fn notes(module: &Module, settings: &RenderSettings, image: &Image) -> Vec<S
     if !settings.is_2d {
         let lights = settings.lighting.lights.iter();
         notes.extend(lights.filter_map(|light| dark_light_note(module, settings, light)));
+        if !is_inside {
+            notes.extend(uniform_picture::note(settings, image));
+        }
     }
     notes
 }

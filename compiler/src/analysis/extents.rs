@@ -10,8 +10,8 @@ use std::collections::HashSet;
 /// Maximum number of boxes of endless operands.
 const MAX_ENDLESS: usize = 64;
 
-/// Returns the boxes of a solid's parts, for all values of the parameters: of its finite part, if there is one, and of
-/// each endless operand of its unions. A finite solid has none.
+/// Returns the boxes of an endless solid's finite part and of each endless operand of its unions. They hold for all
+/// values of the parameters. A finite solid has none.
 pub(crate) fn extents(
     scene: SceneRef<'_>,
     boxes: &mut ShapeBounds,

@@ -191,6 +191,33 @@ const SCENES: &[(&str, &str, &str)] = &[
         "",
     ),
     (
+        "a ball in thick fog",
+        "sky { fog: 5 }\nsphere(1)",
+        "the fog hides all surfaces: the nearest is",
+    ),
+    ("a ball in thin fog", "sky { fog: 0.2 }\nsphere(1)", ""),
+    (
+        "a light without intensity",
+        "light { dir: [1, 1, 1], intensity: 0 }\nsky { ambient: 0 }\nplane(Y)",
+        "all of the picture is black: the brightest of 1 lights has 0 as color times `intensity`, and `ambient` is 0",
+    ),
+    (
+        "a picture without exposure",
+        "render { exposure: 0 }\nsphere(1) | plane(Y, at: -1)",
+        "all of the picture is black: its `exposure` is 0",
+    ),
+    (
+        "a camera below a shadow",
+        "camera { from: [0, 4, 0.1], look: [0, 0, 0] }\nsky { ambient: 0 }\n\
+         light { dir: [0, 1, 0] }\nplane(Y) | plane(-Y, at: -9)",
+        "none of 1 lights reaches what is in view",
+    ),
+    (
+        "a face that fills the picture",
+        "plane(Y)",
+        "all of the picture has one color: a flat face fills it",
+    ),
+    (
         "a figure that is nowhere",
         "circle(1) - circle(2)",
         "Perhaps all of it is cut away",
