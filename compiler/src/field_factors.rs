@@ -14,7 +14,8 @@ use sdfc_vm::table::Op;
 use std::collections::HashSet;
 
 /// Removes the factors of all fields below a shape whose sign alone counts, and odd functions around them. A field
-/// with a stated slope keeps its factors. That slope says nothing about a field without its odd functions.
+/// with a stated slope keeps its factors. That slope says nothing about a field without its odd functions. A field that
+/// is negative nowhere is outside everywhere.
 pub(crate) fn remove_factors(scene: &mut Scene, root: ShapeId) {
     // Each shape, with whether its sign alone counts.
     let start = (root, true);
@@ -39,6 +40,9 @@ pub(crate) fn remove_factors(scene: &mut Scene, root: ShapeId) {
             }
             if slope.is_none() {
                 *value = without_factors(&mut scene.expressions, field, &ranges);
+            }
+            if ranges.number(&scene.expressions, *value).lo >= 0.0 {
+                *value = scene.expressions.constant(NO_SURFACE_DISTANCE);
             }
         }
     }
@@ -80,15 +84,33 @@ fn without_factors(e: &mut Expressions, number: ExprId, ranges: &ParamRanges) ->
         true => e.call(Op::Neg, &[rest]),
         false => rest,
     };
-    // Where a factor is zero, the field is, and has no surface.
     live.into_iter().fold(value, |value, factor| {
-        let [zero, far, reduced] =
-            [0.0, NO_SURFACE_DISTANCE, -2.0 * NO_SURFACE_DISTANCE].map(|number| e.constant(number));
-        let is_above = e.call(Op::Less, &[zero, factor]);
-        let change = e.call(Op::Mul, &[is_above, reduced]);
-        let least = e.call(Op::Add, &[far, change]);
-        e.call(Op::Max, &[value, least])
+        let value = match factor.may_be_negative {
+            true => {
+                let sign = e.call(Op::Sign, &[factor.number]);
+                e.call(Op::Mul, &[sign, value])
+            }
+            false => value,
+        };
+        outside_at_zero(e, value, factor.number)
     })
+}
+
+/// Returns the value, and a distance without a surface if a factor of the field is zero. Then the field is zero, too.
+fn outside_at_zero(e: &mut Expressions, value: ExprId, factor: ExprId) -> ExprId {
+    let [zero, far, reduced] =
+        [0.0, NO_SURFACE_DISTANCE, -2.0 * NO_SURFACE_DISTANCE].map(|number| e.constant(number));
+    let magnitude = e.call(Op::Abs, &[factor]);
+    let is_above = e.call(Op::Less, &[zero, magnitude]);
+    let change = e.call(Op::Mul, &[is_above, reduced]);
+    let least = e.call(Op::Add, &[far, change]);
+    e.call(Op::Max, &[value, least])
+}
+
+/// A live factor that may be zero.
+struct LiveFactor {
+    number: ExprId,
+    may_be_negative: bool,
 }
 
 /// Factors that were removed from a product.
@@ -100,7 +122,7 @@ struct Factors<'a> {
     /// Set if live ones are removed, too.
     takes_live: bool,
     /// Live ones that may be zero.
-    live: Vec<ExprId>,
+    live: Vec<LiveFactor>,
     /// Parameters and time of all live ones.
     leaves: HashSet<ExprId>,
 }
@@ -152,11 +174,15 @@ impl<'a> Factors<'a> {
             }
             None => {
                 let range = self.ranges.number(self.e, factor);
-                let is_positive = range.lo >= 0.0 && range.lo < range.hi;
-                let is_factor = self.takes_live && op == Op::Mul && is_positive;
+                let is_factor = self.takes_live && op == Op::Mul && range.lo < range.hi;
                 if is_factor {
                     self.leaves.extend(leaves(self.e, factor));
-                    self.live.extend((range.lo == 0.0).then_some(factor));
+                    let may_be_zero = range.lo <= 0.0 && range.hi >= 0.0;
+                    self.is_negated ^= range.hi < 0.0;
+                    self.live.extend(may_be_zero.then_some(LiveFactor {
+                        number: factor,
+                        may_be_negative: range.lo < 0.0,
+                    }));
                 }
                 is_factor
             }
