@@ -1,7 +1,7 @@
 //! Pipeline from a scene to a module.
 
 use crate::analysis::bounds::ShapeBounds;
-use crate::analysis::extents::extents;
+use crate::analysis::extents::{SolidParts, extents};
 use crate::analysis::slope::ShapeSlopes;
 use crate::analysis::subject::{outline, subject};
 use crate::analysis::visible_bounds::scene_size;
@@ -22,7 +22,7 @@ use crate::wgsl;
 use sdfc_lang::{Diagnostic, Span, codes};
 use sdfc_vm::bounds::Bounds;
 use sdfc_vm::program::{Module, Program};
-use sdfc_vm::settings::{self, CurrentBounds, Extents, SettingValue, Settings};
+use sdfc_vm::settings::{self, CurrentBounds, SettingValue, Settings};
 use sdfc_vm::verify::{VerifyError, verify};
 use sdfc_vm::wgsl_library::WgslLibrary;
 use std::collections::HashMap;
@@ -66,6 +66,7 @@ pub struct Compiled {
 pub(crate) struct BoundsContext {
     scene: Scene,
     root: ShapeId,
+    parts: SolidParts,
 }
 
 /// The scene's functions as WGSL.
@@ -138,15 +139,9 @@ fn apply_params(
     time: f64,
 ) -> Vec<f64> {
     if let Some(context) = bounds_context {
-        let params = &module.settings.params;
-        let values = params.iter().map(|param| param.value.clone());
-        let values = (0..).map(ParamId).zip(values).collect();
-        let mut boxes = ShapeBounds::at_time_and_values(time, values);
-        module.settings.current_bounds = CurrentBounds {
-            bounds: boxes.get(SceneRef::from(&context.scene), context.root),
-            params: module.settings.param_numbers(),
-            time,
-        };
+        let BoundsContext { scene, root, parts } = context;
+        let params = Some(module.settings.params.as_slice());
+        module.settings.current_bounds = current_bounds(scene.into(), *root, parts, time, params);
     }
     module.update(time)
 }
@@ -166,13 +161,13 @@ pub(crate) fn compile_with(
     let Some(root) = select_root(&scene, options) else {
         return (None, vec![nothing_to_draw(&scene, options)]);
     };
-    remove_factors(&mut scene, root);
+    let empty_fields = remove_factors(&mut scene, root);
     let mut uniforms = Uniforms::new(scene.params.iter().map(|param| param.value.len()));
     let mut bounds_for_all_params = ShapeBounds::for_all_params();
     let root = extend_cutters_with_bounds(&mut scene, &mut bounds_for_all_params, root);
     let root = distribute_maps(&mut scene, root);
     let mut current_boxes = ShapeBounds::at_time_and_values(0.0, HashMap::new());
-    let subject = subject(&mut scene, &mut current_boxes, root);
+    let (subject, parts) = subject(&mut scene, &mut current_boxes, root);
     let size = scene_size(&scene, &mut current_boxes, root, subject);
     let mut slopes = ShapeSlopes::new(SceneRef::from(&scene), size);
     let (graph, mut diagnostics) = lower(
@@ -183,6 +178,7 @@ pub(crate) fn compile_with(
         &mut uniforms,
         &mut bounds_for_all_params,
     );
+    diagnostics.extend(empty_fields);
     let context = |purpose| Context {
         purpose,
         lod_target: options.lod_target,
@@ -239,7 +235,6 @@ pub(crate) fn compile_with(
     }
     let has_automatic_camera = scene.cameras.iter().any(|camera| camera.auto_framed);
     let needs_subject = has_automatic_camera || options.needs_subject;
-    let finite_part = subject.map(|(part, _)| part);
     let subject = subject.filter(|_| needs_subject).map(|(subject, bounds)| {
         // The root already has a graph, and its warnings were reported.
         let graph = (subject != root).then(|| {
@@ -256,12 +251,11 @@ pub(crate) fn compile_with(
         });
         (graph, bounds)
     });
-    let boxes = SolidBoxes {
-        current_boxes,
-        boxes_for_all_params: bounds_for_all_params,
-        finite_part,
+    let bounds = SolidBounds {
+        at_defaults: current_boxes.get(SceneRef::from(&scene), root),
+        for_all_params: bounds_for_all_params.get(SceneRef::from(&scene), root),
+        current: current_bounds(SceneRef::from(&scene), root, &parts, options.time, None),
     };
-    let bounds = boxes.bounds(SceneRef::from(&scene), root, options.time);
     let settings = build_settings(
         &mut scene,
         fallback,
@@ -298,7 +292,7 @@ pub(crate) fn compile_with(
             optimized,
             surface,
             passes,
-            bounds_context: Some(Arc::new(BoundsContext { scene, root })),
+            bounds_context: Some(Arc::new(BoundsContext { scene, root, parts })),
         }),
         diagnostics,
     )
@@ -397,35 +391,37 @@ fn param_values(params: &[SceneParam]) -> Vec<f64> {
     numbers.copied().collect()
 }
 
-/// Boxes of all shapes, and what remains of the solid without its endless operands.
-struct SolidBoxes {
-    current_boxes: ShapeBounds,
-    boxes_for_all_params: ShapeBounds,
-    finite_part: Option<ShapeId>,
+/// Returns the boxes of the solid at a time, for the scene's own values of the parameters or for others.
+fn current_bounds(
+    scene: SceneRef<'_>,
+    root: ShapeId,
+    parts: &SolidParts,
+    time: f64,
+    params: Option<&[settings::Param]>,
+) -> CurrentBounds {
+    let values: Vec<_> = match params {
+        Some(params) => params.iter().map(|param| param.value.clone()).collect(),
+        None => scene
+            .params
+            .iter()
+            .map(|param| param.value.clone())
+            .collect(),
+    };
+    let params = values.iter().flatten().copied().collect();
+    let mut boxes = ShapeBounds::at_time_and_values(time, (0..).map(ParamId).zip(values).collect());
+    CurrentBounds {
+        bounds: boxes.get(scene, root),
+        extents: extents(scene, &mut boxes, root, parts),
+        params,
+        time,
+    }
 }
 
 /// Bounding boxes of the solid.
 struct SolidBounds {
     at_defaults: Bounds,
     for_all_params: Bounds,
-    extents: Extents,
     current: CurrentBounds,
-}
-
-impl SolidBoxes {
-    fn bounds(mut self, scene: SceneRef<'_>, root: ShapeId, time: f64) -> SolidBounds {
-        let boxes = &mut self.boxes_for_all_params;
-        SolidBounds {
-            at_defaults: self.current_boxes.get(scene, root),
-            for_all_params: boxes.get(scene, root),
-            extents: extents(scene, boxes, root, self.finite_part),
-            current: CurrentBounds {
-                bounds: ShapeBounds::at_time_and_values(time, HashMap::new()).get(scene, root),
-                params: param_values(scene.params),
-                time,
-            },
-        }
-    }
 }
 
 /// Returns the scene's settings, with numbers that engines can read.
@@ -490,7 +486,6 @@ fn build_settings(
         bounds: bounds.at_defaults,
         subject: None,
         bounds_for_all_params: bounds.for_all_params,
-        extents: bounds.extents,
         current_bounds: bounds.current,
         has_estimated_slopes,
         time: 0.0,

@@ -57,6 +57,7 @@ pub(crate) use diagnose::nearest;
 pub(crate) use display::format_short;
 pub use function_docs::{FunctionDoc, function_docs};
 pub use modules::{Loader, NoFiles};
+pub(crate) use shapes::field_without_inside;
 
 /// Stack size of the evaluation thread: nested calls, each a few levels of expressions.
 const STACK_BYTES: usize = 192 << 20;

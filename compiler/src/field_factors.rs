@@ -6,17 +6,19 @@
 
 use crate::analysis::definedness::parts_by_definedness;
 use crate::analysis::param_ranges::ParamRanges;
+use crate::elaborate::field_without_inside;
 use crate::expression::{ExprId, Expression, Expressions, Stage};
 use crate::odd_functions::without_odd_functions;
 use crate::scene::{NO_SURFACE_DISTANCE, Scene, SceneRef, ShapeId, ShapeKind, children};
 use crate::uniforms::postorder;
+use sdfc_lang::Diagnostic;
 use sdfc_vm::table::Op;
 use std::collections::HashSet;
 
 /// Removes the factors of all fields below a shape whose sign alone counts, and odd functions around them. A field
 /// with a stated slope keeps its factors. That slope says nothing about a field without its odd functions. A field that
-/// is negative nowhere is outside everywhere.
-pub(crate) fn remove_factors(scene: &mut Scene, root: ShapeId) {
+/// is negative nowhere is no shape; returns warnings of these.
+pub(crate) fn remove_factors(scene: &mut Scene, root: ShapeId) -> Vec<Diagnostic> {
     // Each shape, with whether its sign alone counts.
     let start = (root, true);
     let (mut visited, mut pending) = (HashSet::from([start]), vec![start]);
@@ -27,6 +29,7 @@ pub(crate) fn remove_factors(scene: &mut Scene, root: ShapeId) {
         pending.extend(operands.filter(|&operand| visited.insert(operand)));
     }
     let ranges = ParamRanges::for_scene(SceneRef::from(&*scene));
+    let mut warnings = Vec::new();
     // In the order of the text, so that numbers are built in the same order each time.
     for (index, shape) in (0..).zip(&mut scene.shapes) {
         let [by_sign, by_value] = [true, false].map(|it| visited.contains(&(ShapeId(index), it)));
@@ -41,11 +44,15 @@ pub(crate) fn remove_factors(scene: &mut Scene, root: ShapeId) {
             if slope.is_none() {
                 *value = without_factors(&mut scene.expressions, field, &ranges);
             }
-            if ranges.number(&scene.expressions, *value).lo >= 0.0 {
-                *value = scene.expressions.constant(NO_SURFACE_DISTANCE);
+            // A field that is defined nowhere is reported as such.
+            let is_undefined = scene.expressions.as_constant(*value) == Some(NO_SURFACE_DISTANCE);
+            if !is_undefined && ranges.number(&scene.expressions, *value).lo >= 0.0 {
+                shape.kind = ShapeKind::Nothing;
+                warnings.push(field_without_inside(shape.span));
             }
         }
     }
+    warnings
 }
 
 /// Reports whether the sign of a shape follows from the signs of the shapes directly below it.

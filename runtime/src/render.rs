@@ -193,6 +193,8 @@ pub struct RenderSettings {
     pub exposure: f64,
     /// Position, direction and projection of the camera.
     pub view: View,
+    /// Boxes of the parts of the scene; empty if all of it is one part. The rounding of each matters near that part only.
+    pub parts: Vec<sdfc_vm::bounds::Bounds>,
     /// The lights and the sky.
     pub lighting: Lighting,
     /// Set if the scene is a 2-D shape.

@@ -24,7 +24,7 @@ use glam::DVec3;
 use sdfc_vm::bounds::Bounds;
 use sdfc_vm::outline::Outline;
 use sdfc_vm::program::Module;
-use sdfc_vm::settings::{self as scene, SettingValue, Settings, Triple};
+use sdfc_vm::settings::{self as scene, Extents, SettingValue, Settings, Triple};
 
 /// Maximum width or height of an image.
 pub const MAX_SIDE_PIXELS: u32 = 16_384;
@@ -180,7 +180,7 @@ pub fn resolve(
     let far = overrides.far.or(render.far).unwrap_or_else(|| {
         target
             .with_bounds(&settings.bounds_for_all_params)
-            .far(&settings.extents, &view)
+            .far(&settings.current_bounds.extents, &view)
     });
     let exposure = match overrides.exposure {
         Some(exposure) => exposure,
@@ -203,9 +203,21 @@ pub fn resolve(
         tonemap: overrides.tonemap.unwrap_or(render.tonemap),
         exposure: not_negative("the exposure", exposure)?,
         view,
+        parts: part_boxes(&settings.current_bounds.extents),
         lighting: lighting(settings, &read)?,
         is_2d: settings.is_2d,
     })
+}
+
+/// Returns the boxes of all parts of a scene.
+fn part_boxes(extents: &Extents) -> Vec<Bounds> {
+    let endless = extents.endless.iter().map(|part| part.bounds);
+    extents
+        .finite_parts
+        .iter()
+        .copied()
+        .chain(endless)
+        .collect()
 }
 
 /// Returns facts about a module's field besides its values.

@@ -1,12 +1,14 @@
 //! Notes on pictures that show less than their scene. Nothing may be in view, a camera or a light inside a
 //! solid, or a light too faint.
 
+mod deepest_point;
 mod uniform_picture;
 
 use crate::render::{
     Image, LightEmitter, Mode, RenderSettings, ResolvedLens, ResolvedLight, ResolvedShadow,
 };
 use crate::settings::finite_bounds;
+use deepest_point::deepest_point;
 use glam::DVec3;
 use sdfc_shaders::marching;
 use sdfc_vm::bounds::Bounds;
@@ -136,7 +138,7 @@ fn nothing_visible_reason(module: &Module, settings: &RenderSettings) -> String 
                 a list is empty"
             .to_owned();
     }
-    let (min_value, min_point) = min_sample(module, bounds, settings.is_2d);
+    let (min_value, min_point) = deepest_point(module, &finite_bounds(bounds), settings.is_2d);
     if min_value > MIN_UNDEFINED_VALUE {
         return format!(
             "the field is not defined at any of {SAMPLE_POINTS} sampled points, where it takes a root or a logarithm of \
@@ -145,7 +147,8 @@ fn nothing_visible_reason(module: &Module, settings: &RenderSettings) -> String 
     }
     if min_value >= 0.0 {
         return format!(
-            "the field is nowhere below zero at {SAMPLE_POINTS} sampled points, and {} at least, near {}. \
+            "the field is nowhere below zero at {SAMPLE_POINTS} sampled points and along descents from the lowest of them. \
+             It is {} at least, near {}. \
              Perhaps all of it is cut away; or the field has no sign, and a surface is where the sign changes: \
              give it a thickness, such as `.offset(0.01)`",
             format_number(f64::from(min_value)),
@@ -213,7 +216,7 @@ fn nothing_visible_reason(module: &Module, settings: &RenderSettings) -> String 
         let thickness = f64::from(-min_value) / half * f64::from(settings.size[1]);
         return format!(
             "no ray meets the scene, which is in view. Its thickest part is about {} pixels wide, by \
-             {SAMPLE_POINTS} sampled points. Go nearer, or draw a larger picture",
+             {SAMPLE_POINTS} sampled points and descents from them. Go nearer, or draw a larger picture",
             format_number(thickness)
         );
     }
@@ -234,14 +237,6 @@ fn min_visible_depth(point: [f64; 3], camera: [f64; 3]) -> f64 {
         marching::ROUNDING_PER_UNIT * max_coordinate,
     );
     marching::sign_margin(rounding, 1.0, 0.0)
-}
-
-/// Returns the least value of the field at points spread over the shown region, and its point.
-fn min_sample(module: &Module, bounds: &Bounds, is_2d: bool) -> (f32, [f64; 3]) {
-    samples(module, bounds, is_2d)
-        .filter(|(value, _)| !value.is_nan())
-        .min_by(|(a, _), (b, _)| a.total_cmp(b))
-        .unwrap_or((f32::INFINITY, finite_bounds(bounds).centre()))
 }
 
 /// Returns the values of the field at points spread over the shown region, with the points.

@@ -39,6 +39,7 @@ fn settings() -> RenderSettings {
             up: [0.0, 1.0, 0.0],
             lens: ResolvedLens::Perspective(0.7),
         },
+        parts: vec![],
         lighting: Lighting {
             lights: vec![],
             sky_top: [0.2, 0.4, 0.9],

@@ -555,7 +555,10 @@ fn constants(features: &Features) -> Vec<(&'static str, String)> {
         ("DONE_FLAG", word(shadow::DONE_FLAG)),
         ("MOVED_PHASE", format!("{:?}", candidate::MOVED_PHASE)),
         ("NO_SURFACE", format!("{:?}", candidate::NO_SURFACE)),
-        ("OVERSHOT", format!("{:?}", candidate::OVERSHOT)),
+        (
+            "MIN_PHASE_OUTCOME",
+            format!("{:?}", candidate::MIN_PHASE_OUTCOME),
+        ),
         ("NO_CANDIDATE", format!("{:?}", shadow::NO_CANDIDATE)),
         (
             "NO_LAST_VISIBILITY",

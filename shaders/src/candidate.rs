@@ -12,6 +12,7 @@
 //! | 0 | the value |
 //! | 0.5 | the value at the point to which a shadow's candidate was moved |
 //! | 1 to 3 | taps along x, y and z, for the gradient |
+//! | 3.5 to 4 | in the middle of a sheet that phase 4 may have passed |
 //! | 4 | slightly beyond the surface that the gradient predicts |
 //! | 5 on | a fraction of that step, where the field was far below the gradient's prediction |
 //!
@@ -51,6 +52,10 @@ const MAX_EXCESS_DEPTH: f64 = 0.15;
 /// Fraction of the squared limit from which on a probe is too far: less than one, since a step of exactly the limit
 /// is rounded.
 const FAR_FRACTION: f64 = 0.999;
+/// Fractions of phase 4's step at which the middle of a sheet is searched.
+const SHEET_FRACTIONS: [f64; 2] = [1e-4, 0.98];
+/// Phase between phase 4 and those in the middle of a sheet.
+const MIN_FULL_STEP_PHASE: f64 = 3.995;
 /// The last phase of a probe.
 const LAST_PHASE: f64 = 9.0;
 /// Distance of a missing surface.
@@ -72,11 +77,24 @@ pub fn tap_distance<R: Real>(value: R, point: R::Vec3, limit: R) -> R {
     (value.abs() * lit(TAP_FRACTION)).max(min_distance)
 }
 
-/// Returns the fraction of the probe's step that a phase takes: 1 up to phase 4, less in later ones.
+/// Returns the fraction of the probe's step that a phase takes: 1 in phase 4, less in others.
 #[inline(always)]
 fn step_fraction<R: Real>(phase: R) -> R {
     let retries = (phase - lit(4.0)).max(lit(0.0)).named("retries");
-    lit::<R>(1.0) / (retries * retries + lit(1.0))
+    let sheet_fraction = (phase - lit(3.5)) * lit(2.0);
+    (lit::<R>(1.0) / (retries * retries + lit(1.0))).min(sheet_fraction)
+}
+
+/// Returns the phase that searches the middle of a sheet. Phase 4 has passed it if the field falls as much before the
+/// middle as it rises behind.
+#[inline(always)]
+fn sheet_phase<R: Real>(value: R, expected: R, field: R) -> R {
+    let drop = (value - expected).max(lit(1e-30)).named("drop");
+    let [low, high] = SHEET_FRACTIONS;
+    let fraction = ((value - field + drop) / (drop * lit(2.0)))
+        .max(lit(low))
+        .min(lit(high));
+    lit::<R>(3.5) + fraction * lit(0.5)
 }
 
 /// Returns the probe's step in phase 4, from the point of a round at `offset` from the candidate.
@@ -165,11 +183,13 @@ pub fn add_tap<R: Real>(gradient: R::Vec3, phase: R, change: R, distance: R) -> 
     gradient + R::Vec3::new(component(1.0), component(2.0), component(3.0))
 }
 
-/// Outcome of a probe that ends too deep to locate the surface: the next phase takes a fraction of the step.
-pub const OVERSHOT: f32 = 2.0;
+/// Outcome of a probe from which on it is the next phase.
+pub const MIN_PHASE_OUTCOME: f32 = 1.5;
 
-/// Returns the outcome of a probe: 1 for a surface, −1 without a relevant one, 0 where another round decides,
-/// and [`OVERSHOT`].
+/// Returns the outcome of a probe: 1 for a surface, −1 without a relevant one, 0 where another round decides.
+///
+/// The probe may have ended too deep to locate the surface, or passed a sheet. Then the outcome is the phase that takes a
+/// fraction of the step.
 ///
 /// The field is `field` at `next`, and `value` at the round's `point` with the offset `offset`, both offsets
 /// relative to the candidate. A probe without any change of the field finds nothing.
@@ -192,18 +212,26 @@ pub fn probe_outcome<R: Real>(
     let expected = value + gradient.dot(next - offset);
     let is_deep = field.less(expected - value * lit(MAX_EXCESS_DEPTH));
     let is_outside = lit::<R>(0.0).less(value);
-    let may_retry = R::and(is_outside, phase.less(lit(LAST_PHASE - 0.5)));
+    let is_full_step = R::not(phase.less(lit(MIN_FULL_STEP_PHASE)));
+    let may_go_back = R::and(is_outside, is_full_step);
+    let may_retry = R::and(may_go_back, phase.less(lit(LAST_PHASE - 0.5)));
     let has_overshot = R::and(R::and(is_surface, is_deep), may_retry);
     let is_last_round = lit::<R>(MAX_ROUNDS - 1.5).less(round);
     let has_changed = R::or(field.less(value), value.less(field));
     // Later steps lead sideways, and so farther away.
     let is_too_far = (limit * limit * lit(FAR_FRACTION)).less(next.dot(next));
     let may_continue = R::and(has_changed, R::not(R::or(is_last_round, is_too_far)));
-    let surface_outcome = R::select(has_overshot, lit(f64::from(OVERSHOT)), lit(1.0));
+    let surface_outcome = R::select(has_overshot, phase + lit(1.0), lit(1.0));
+    let is_passed = R::and(may_go_back, (field + expected).less(noise * lit(-2.0)));
+    let other_outcome = R::select(may_continue, lit(0.0), lit(-1.0));
     R::select(
         is_surface,
         surface_outcome,
-        R::select(may_continue, lit(0.0), lit(-1.0)),
+        R::select(
+            is_passed,
+            sheet_phase(value, expected, field),
+            other_outcome,
+        ),
     )
 }
 

@@ -238,7 +238,8 @@ pub fn slope<R: Real>(field: R, field_before: R, step: R) -> R {
 
 /// Returns the step from the previous sample back to a sheet that the last step has passed, or 0 where it has
 /// passed none. The empty spheres around both samples leave a gap, and the field was falling by
-/// `slope_before` to zero in between. `margin` is the depth below zero that it must reach.
+/// `slope_before` to zero in between. `margin` is the depth below zero that it must reach. It is deepest in the middle
+/// of a thin sheet.
 #[inline(always)]
 pub fn step_to_passed_sheet<R: Real>(
     field: R,
@@ -250,7 +251,12 @@ pub fn step_to_passed_sheet<R: Real>(
     let estimate_depth = (field_before.max(lit(0.0)) * lit(1.0 + OVERSHOOT_FRACTION)
         + margin * lit(2.0))
     .named("estimate_depth");
-    let to_root = (estimate_depth / (-slope_before).max(lit(1e-30))).named("to_root");
+    let slope = (-slope_before).max(lit(1e-30)).named("slope");
+    let beyond_root = (estimate_depth / slope).named("beyond_root");
+    let to_middle = ((step + (field_before - field) / slope) * lit(0.5)).named("to_middle");
+    let is_deep = ((field_before + margin) / slope).less(to_middle);
+    let to_sheet = R::select(is_deep, to_middle, beyond_root);
+    let to_root = to_sheet.min(beyond_root).named("to_root");
     let is_outside = R::not(field.less(-margin));
     let is_gap = R::and(is_outside, (field_before + field).less(step));
     let has_root = R::and(slope_before.less(lit(0.0)), to_root.less(step));

@@ -25,8 +25,8 @@ fn probed_distance(field: impl Fn(V3<f32>) -> f32, candidate_point: V3<f32>, dis
         let outcome = candidate::probe_outcome::<f32>(
             point, gradient, round, phase, value, sampled, offset, next, limit,
         );
-        if outcome == candidate::OVERSHOT {
-            phase += 1.0;
+        if outcome > candidate::MIN_PHASE_OUTCOME {
+            phase = outcome;
             continue;
         }
         if outcome > 0.0 {
@@ -51,10 +51,15 @@ fn walls_have_their_true_distance() {
     for height in [1e-3_f32, 0.1, 3.0] {
         let distance = probed_distance(|p| p.dot(normal), normal * height, height);
         assert!(close(distance, height), "{distance} for {height}");
-        // A sheet thicker than the overshoot of the probe.
-        let sheet = |p: V3<f32>| p.dot(normal).max(-0.1 * height - p.dot(normal));
-        let distance = probed_distance(sheet, normal * height, height);
-        assert!(close(distance, height), "{distance} for {height}");
+        // Sheets, also some that are thinner than the overshoot of the probe.
+        for thickness in [0.1 * height, 0.01 * height, 1e-4 * height] {
+            let sheet = |p: V3<f32>| p.dot(normal).max(-thickness - p.dot(normal));
+            let distance = probed_distance(sheet, normal * height, height);
+            assert!(
+                close(distance, height),
+                "{distance} for {height}, {thickness}"
+            );
+        }
         // A field divided by more than its slope.
         for slope in [0.1_f32, 0.7] {
             let distance = probed_distance(|p| slope * p.dot(normal), normal * height, height);

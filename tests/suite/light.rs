@@ -443,3 +443,40 @@ fn a_light_beside_its_holder_lights_no_floor_behind_it() {
     let failures = failures.filter(|(lit, dark)| lit != dark).count();
     assert_eq!(failures, 0, "pixels are lit through the bar");
 }
+
+/// Penumbras are wider than sheets are thick, and show no holes.
+#[test]
+fn thin_sheets_cast_shadows_of_thick_ones() {
+    let scene = |sheet: &str, form: &str| {
+        format!(
+            "camera {{ from: [6, 7, 12], look: [-1, 0, -1], fov: 30deg }}\n\
+             light {{ dir: [1, 3, 1], shadow: {form} }}\n\
+             render {{ occlusion: off }}\n\
+             plane(Y) | sphere(0.5).translate(0, 0.5, 0) | {sheet}.translate(0, 8, 0)\n"
+        )
+    };
+    for form in ["hard", "plain(0.1)", "soft(0.1)", "sized(0.1)"] {
+        for (thick, thin) in [
+            ("box(5, 0.01, 5)", "box(5, 0.0001, 5)"),
+            (
+                "box(5, 0.01, 5).rotate(35deg, X)",
+                "box(5, 0.001, 5).rotate(35deg, X)",
+            ),
+            ("sphere(2).shell(0.01)", "sphere(2).shell(0.0002)"),
+            (
+                "field(fn(p) => max(abs(length(p) - 1.5) - 0.01, p.y), within: 5)",
+                "field(fn(p) => max(abs(length(p) - 1.5) - 0.0001, p.y), within: 5)",
+            ),
+        ] {
+            let sheet = thin;
+            let [thick, thin] =
+                [thick, thin].map(|sheet| picture(&scene(sheet, form), [96, 72]).rgba8());
+            let differing = thick.iter().zip(&thin);
+            let differing = differing.filter(|&(&a, &b)| a.abs_diff(b) > 6).count();
+            assert!(
+                differing <= MAX_EDGE_CHANNELS,
+                "{form}, {sheet}: {differing} channels"
+            );
+        }
+    }
+}

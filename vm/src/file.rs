@@ -16,7 +16,7 @@
 
 use crate::encode::{DecodeError, decode, encode};
 use crate::program::{Module, Patch, Program, table_hash};
-use crate::settings::{Camera, Lens, Light, LightSource, SettingValue, Settings, Shadow};
+use crate::settings::{Camera, Extents, Lens, Light, LightSource, SettingValue, Settings, Shadow};
 use crate::uniform::{UniformError, UniformProgram};
 use crate::verify::{VerifyError, verify};
 
@@ -326,12 +326,17 @@ fn check_settings(settings: &Settings, uniforms: &UniformProgram) -> Result<(), 
         &settings.bounds_for_all_params,
         &settings.current_bounds.bounds,
     ];
-    let extents = &settings.extents;
-    let boxes = boxes.into_iter().chain(&extents.finite);
+    let Extents {
+        finite,
+        finite_parts,
+        endless,
+    } = &settings.current_bounds.extents;
+    let boxes = boxes.into_iter().chain(finite).chain(finite_parts);
     let mut corners = boxes
-        .chain(&extents.endless)
+        .chain(endless.iter().map(|part| &part.bounds))
         .flat_map(|b| b.min.iter().chain(&b.max));
-    if corners.any(|v| v.is_nan()) {
+    let mut planes = endless.iter().filter_map(|part| part.plane).flatten();
+    if corners.any(|v| v.is_nan()) || !planes.all(f64::is_finite) {
         return Err("its bounds or its slope are not numbers");
     }
     Ok(())

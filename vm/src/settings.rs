@@ -58,8 +58,6 @@ pub struct Settings {
     pub subject: Option<Outline>,
     /// Bounding box of the solid for all parameters and times.
     pub bounds_for_all_params: Bounds,
-    /// Boxes of its parts, if that box is infinite.
-    pub extents: Extents,
     /// Bounding box of the solid for one assignment of the parameters.
     pub current_bounds: CurrentBounds,
     /// Set if a field is divided by an estimate of its slope, since no bound is known.
@@ -77,13 +75,24 @@ pub struct Settings {
     pub parts: Vec<String>,
 }
 
-/// Boxes of the parts of an endless solid, for all parameters and times.
+/// Places of the parts of a solid.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Extents {
     /// Box of the solid without its endless parts; `None` if nothing is left, or if no finite box is known.
     pub finite: Option<Bounds>,
-    /// Boxes of endless parts, each infinite on at least one side.
-    pub endless: Vec<Bounds>,
+    /// Boxes of its finite parts: of the largest ones each, and around the others.
+    pub finite_parts: Vec<Bounds>,
+    /// The endless parts.
+    pub endless: Vec<EndlessPart>,
+}
+
+/// An endless part of a solid, such as a floor.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct EndlessPart {
+    /// Bounding box, infinite on at least one side.
+    pub bounds: Bounds,
+    /// Plane that its distance is near the origin: the normal, and the distance of the origin.
+    pub plane: Option<[f64; 4]>,
 }
 
 /// A bounding box for one assignment of the parameters and one time. Where a parameter changes the shape of
@@ -92,6 +101,8 @@ pub struct Extents {
 pub struct CurrentBounds {
     /// Box of the solid, in scene units; infinite where none is known.
     pub bounds: Bounds,
+    /// Places of its parts.
+    pub extents: Extents,
     /// The numbers of all parameters, in their order.
     pub params: Vec<f64>,
     /// Time of the picture, in seconds.

@@ -19,6 +19,8 @@ const MAX_OPERATIONS: usize = 600_000;
 const MAX_BOXES: usize = 1024;
 /// Boxes are halved until they are at most this fraction of their hull.
 const MIN_BOX_FRACTION: f64 = 1.0 / 48.0;
+/// A hull that is smaller than this fraction of the searched box holds a point at most, where a value touches zero.
+const MIN_HULL_FRACTION: f64 = 1e-15;
 /// A solid that extends beyond this fraction of the cube counts as infinite.
 const MAX_FINITE_FRACTION: f64 = 0.25;
 
@@ -244,9 +246,14 @@ impl ExtentSearch<'_> {
     /// size, at a limit, or once a solid is found far out on all `open_sides`, if there are any.
     fn subdivided(&mut self, mut boxes: Vec<Bounds>, open_sides: &[(usize, bool)]) -> Vec<Bounds> {
         let mut is_infinite = vec![false; open_sides.len()];
+        let hull_of = |boxes: &[Bounds]| boxes.iter().fold(Bounds::EMPTY, |hull, b| hull.hull(b));
+        let min_size = self.longest_side(&hull_of(&boxes)).1 * MIN_HULL_FRACTION;
         loop {
-            let hull = boxes.iter().fold(Bounds::EMPTY, |hull, b| hull.hull(b));
+            let hull = hull_of(&boxes);
             let size = self.longest_side(&hull).1;
+            if size < min_size {
+                return Vec::new();
+            }
             // Only boxes at a side of the hull can move that side.
             let is_coarse = |search: &Self, b: &Bounds| {
                 search.longest_side(b).1 > size * MIN_BOX_FRACTION && search.is_at_hull(b, &hull)
@@ -457,6 +464,16 @@ mod tests {
         });
         assert!(column.min[1].is_infinite() && column.max[1].is_infinite());
         assert!(column.max[0] < 2.3 && column.min[2] > -2.3, "{column:?}");
+    }
+
+    #[test]
+    fn points_where_a_field_touches_zero_have_no_extent() {
+        let distance = &mut |b: &Bounds| Interval {
+            lo: b.distance([0.3, 0.2, 0.0]),
+            hi: f64::INFINITY,
+        };
+        let narrowed = narrow_bounds(&Bounds::centred([3.0; 3]), 100_000, distance);
+        assert!(narrowed.is_empty(), "{narrowed:?}");
     }
 
     #[test]

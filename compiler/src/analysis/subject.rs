@@ -9,7 +9,8 @@ mod pruned;
 
 use crate::analysis::bounds::ShapeBounds;
 use crate::analysis::climb::SurfaceClimb;
-use crate::scene::{Scene, ShapeId};
+use crate::analysis::extents::SolidParts;
+use crate::scene::{Scene, SceneRef, ShapeId};
 use finite::FiniteFinder;
 use glam::DVec3;
 use pruned::{PARTS, PrunedField};
@@ -50,16 +51,23 @@ const MAX_EXCESS: f64 = 0.12;
 /// Margin that is added to the extent of points, in their half diagonals.
 const CLIMB_MARGIN: f64 = 0.06;
 
-/// Returns the shape without its unbounded operands, and its bounding box; `None` if nothing is left.
+/// Returns the shape without its unbounded operands, and its bounding box; `None` if nothing is left. Returns its
+/// parts, too.
 pub(crate) fn subject(
     scene: &mut Scene,
     boxes: &mut ShapeBounds,
     id: ShapeId,
-) -> Option<(ShapeId, Bounds)> {
+) -> (Option<(ShapeId, Bounds)>, SolidParts) {
     let mut finder = FiniteFinder::new(scene, boxes);
-    let part = finder.finite_part(id)?;
-    let bounds = finder.bounds(part);
-    bounds.is_finite().then_some((part, bounds))
+    let part = finder.finite_part(id);
+    let subject = part.and_then(|part| {
+        let bounds = finder.bounds(part);
+        bounds.is_finite().then_some((part, bounds))
+    });
+    let unions = finder.into_unions();
+    let finite_part = subject.map(|(part, _)| part);
+    let parts = SolidParts::new(SceneRef::from(&*scene), boxes, id, finite_part, &unions);
+    (subject, parts)
 }
 
 /// Returns the outline of a solid within a box; `None` if intervals prove the box empty.

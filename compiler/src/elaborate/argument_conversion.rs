@@ -142,7 +142,7 @@ impl<'a> Elaborator<'a> {
         let describe = |value: &Value<'_>| self.describe(value);
         let diagnostic =
             arguments::mismatch_diagnostic(call, lists, best_variant, error, is_2d, describe);
-        self.report(diagnostic);
+        self.report(arguments::with_advice(call, diagnostic));
     }
 
     /// Converts the arguments of a call to the form that the parameters take. Reports all mistakes;

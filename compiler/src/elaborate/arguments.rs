@@ -319,6 +319,22 @@ pub(crate) fn choose_variant<'v>(
     Err(nearest.unwrap_or((0, ArgError::TooMany { arg: 0 })))
 }
 
+/// Adds advice to a mismatch for calls that other tools take.
+pub(crate) fn with_advice(call: &Invocation<'_>, diagnostic: Diagnostic) -> Diagnostic {
+    let has = |is_kind: fn(&Value<'_>) -> bool| call.args.iter().any(|arg| is_kind(&arg.value));
+    match call.name {
+        "rotate" if has(|value| matches!(value, Value::Vector(_))) => {
+            diagnostic.help("the angle comes first: `rotate(35deg, X)`")
+        }
+        "at" if has(|value| matches!(value, Value::Shape(_))) => diagnostic.fix(
+            call.name_span,
+            "translate",
+            "`at` takes an element of a list; a shape is moved by `translate`",
+        ),
+        _ => diagnostic,
+    }
+}
+
 /// Describes a call that fits no variant of a function; the variant at `best_variant` is the closest.
 pub(crate) fn mismatch_diagnostic(
     call: &Invocation<'_>,
@@ -474,6 +490,8 @@ fn unknown_argument(
         "diameter" => "d",
         "height" => "h",
         "dimensions" | "dims" => "size",
+        "slope" | "bound" => "lipschitz",
+        "bounds" | "region" | "extent" => "within",
         _ => "",
     };
     let radius = radius_name(synonym).unwrap_or_default();

@@ -246,6 +246,15 @@ impl<'a> Elaborator<'a> {
             return;
         }
         let boxes: Vec<Bounds> = children.iter().map(|&id| self.bounds_of(id)).collect();
+        let mut operands = children.iter().zip(&boxes);
+        let is_empty_field = |(id, bounds): (&ShapeId, &Bounds)| {
+            let kind = &self.shapes[id.0 as usize].kind;
+            matches!(kind, ShapeKind::Field { .. }) && bounds.is_empty()
+        };
+        if operands.any(is_empty_field) {
+            self.report(field_without_inside(span));
+            return;
+        }
         let (message, label) = match op {
             Op::Subtraction => {
                 let misses = |other: &Bounds| boxes[0].intersection(other).is_empty();
@@ -266,6 +275,13 @@ impl<'a> Elaborator<'a> {
         };
         self.report(Diagnostic::warning(codes::W0402, span, message).primary(label));
     }
+}
+
+/// Returns the warning of a field that has no inside: its zeros are no surface.
+pub(crate) fn field_without_inside(span: Span) -> Diagnostic {
+    Diagnostic::warning(codes::W0402, span, "this field is below zero nowhere")
+        .primary("so it has no inside, and is not visible")
+        .help("give a sheet a thickness: subtract it, `abs(d) - 0.01`, or use `.shell(0.01)`")
 }
 
 /// Adds advice for a function in place of a shape.

@@ -13,7 +13,7 @@ use crate::analysis::slope::{
     near_region,
 };
 use crate::analysis::visible_bounds::farthest;
-use crate::elaborate::format_short;
+use crate::elaborate::{field_without_inside, format_short};
 use crate::expression::ExprId;
 use crate::formula::numbers;
 use crate::graph::{GraphNode, GraphNumber, NodeId};
@@ -342,11 +342,7 @@ impl Lowering<'_> {
         let mut uniform = |id| ranges.number(&self.scene.expressions, id);
         let value = ShapeRange::new(scene_ref, &mut uniform).range_in_box(id, &region);
         if value.lo >= 0.0 {
-            self.diagnostics.push(
-                Diagnostic::warning(codes::W0402, span, "this field is below zero nowhere")
-                    .primary("so it has no inside, and is not visible")
-                    .help("give a sheet a thickness: subtract it, `abs(d) - 0.01`, or use `.shell(0.01)`"),
-            );
+            self.diagnostics.push(field_without_inside(span));
         }
     }
 

@@ -35,6 +35,12 @@ const MISTAKES: &[(&str, &str)] = &[
     ("argument given twice", "sphere(1, r: 2)"),
     ("radius and diameter", "sphere(r: 1, d: 2)"),
     ("part of a vector", "box(2, 1)"),
+    ("an axis before its angle", "box(1).rotate(X, 35deg)"),
+    ("a shape at a place", "box(1).at([0, 2, 0])"),
+    (
+        "other words for a slope and a region",
+        "field(fn(p) => length(p) - 1, slope: 2) | field(fn(p) => p.y, bounds: 3)",
+    ),
     ("vector too short", "sphere(1).translate([1, 2])"),
     ("text for a number", "sphere(\"1\")"),
     ("a shape for a number", "sphere(sphere(1))"),

@@ -44,6 +44,7 @@ fn solid_settings(mode: Mode) -> RenderSettings {
             up: [0.0, 1.0, 0.0],
             lens: ResolvedLens::Perspective(0.7),
         },
+        parts: Vec::new(),
         lighting: Lighting {
             lights: vec![ResolvedLight {
                 source: LightEmitter::Directional([0.0, 1.0, 1.0]),

@@ -8,6 +8,7 @@ use glam::DVec3;
 use sdfc_shaders::assemble::shows_light;
 use sdfc_shaders::features::{self, Features, Mode, Occlusion};
 use sdfc_shaders::{layout, marching, normals, occlusion, shadow};
+use sdfc_vm::bounds::Bounds;
 
 /// A render with all inputs prepared.
 #[derive(Clone, Debug)]
@@ -162,8 +163,8 @@ pub fn prepare(settings: &RenderSettings, facts: &FieldFacts) -> RenderJob {
     let axes = axes.ahead(approach);
     let start = start + growth * approach;
     let lighting = &settings.lighting;
-    let largest = largest_coordinate(axes.origin, facts);
-    let bounds = facts.bounds.grown(1e-3 * finite_size(facts));
+    let largest = largest_coordinate(axes.origin, start, settings, facts);
+    let bounds = facts.bounds.grown(1e-3 * finite_size(&facts.bounds));
     let corner = |v: [f64; 3]| v.map(|x| x.clamp(-INFINITE_BOUND, INFINITE_BOUND) as f32);
     let material = facts.material.unwrap_or_default();
     let count = lighting.lights.len() as u32;
@@ -284,11 +285,25 @@ fn approach(settings: &RenderSettings, facts: &FieldFacts, forward: [f64; 3]) ->
 
 /// Returns the largest coordinate of the origin of rays, from which their rounding is counted. It is above zero at
 /// the origin, too, where a camera may stand on a surface.
-fn largest_coordinate(origin: [f64; 3], facts: &FieldFacts) -> f64 {
-    let min_coordinate = MIN_COORDINATE_FRACTION * finite_size(facts);
-    origin
-        .iter()
-        .fold(min_coordinate, |max, v| max.max(v.abs()))
+///
+/// Rays that reach a part have its distance as a coordinate. They start up to `start` beside the origin.
+fn largest_coordinate(
+    origin: [f64; 3],
+    start: f64,
+    settings: &RenderSettings,
+    facts: &FieldFacts,
+) -> f64 {
+    let parts: &[Bounds] = match settings.parts.is_empty() {
+        true => &[facts.bounds],
+        false => &settings.parts,
+    };
+    let min_coordinate = |part: &Bounds| {
+        let distance = (part.distance(origin) - start).max(0.0);
+        MIN_COORDINATE_FRACTION * finite_size(part) - distance
+    };
+    let coordinates = origin.iter().map(|v| v.abs());
+    let min_coordinates = parts.iter().map(min_coordinate);
+    coordinates.chain(min_coordinates).fold(0.0, f64::max)
 }
 
 /// Returns the depth of the scene's centre along the view.
@@ -297,9 +312,9 @@ fn centre_depth(settings: &RenderSettings, facts: &FieldFacts, forward: [f64; 3]
     to.dot(forward.into())
 }
 
-/// Returns the largest finite side of the bounds, else the largest finite coordinate, else 1.
-fn finite_size(facts: &FieldFacts) -> f64 {
-    let [min, max] = [facts.bounds.min, facts.bounds.max];
+/// Returns the largest finite side of a box, else the largest finite coordinate, else 1.
+fn finite_size(bounds: &Bounds) -> f64 {
+    let &Bounds { min, max } = bounds;
     let largest = |lengths: &mut dyn Iterator<Item = f64>| {
         let finite = lengths.filter(|length| length.is_finite() && *length > 0.0);
         finite.reduce(f64::max)

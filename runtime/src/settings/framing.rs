@@ -12,7 +12,7 @@ use glam::DVec3;
 use sdfc_vm::bounds::Bounds;
 use sdfc_vm::outline::Outline;
 use sdfc_vm::program::Program;
-use sdfc_vm::settings::Extents;
+use sdfc_vm::settings::{EndlessPart, Extents};
 
 /// The box that an image shows.
 pub(super) struct FramingTarget {
@@ -162,7 +162,7 @@ impl FramingTarget {
             }
             ResolvedLens::Orthographic(_) => UNBOUNDED_FAR_DISTANCES,
         };
-        let nearest = |bounds: &Bounds| distance_from(bounds, view.from.into());
+        let nearest = |part: &EndlessPart| least_distance(part, view.from.into());
         let lengths = [view.target_distance(), self.size];
         let lengths = lengths
             .into_iter()
@@ -190,9 +190,14 @@ fn length_beyond(bounds: &Bounds, view: &View) -> f64 {
     1.01 * (distance + radius + lateral) + 1e-3 * radius
 }
 
-/// Returns the distance of a point from a box, which may be infinite.
-fn distance_from(bounds: &Bounds, point: DVec3) -> f64 {
-    point.distance(point.clamp(bounds.min.into(), bounds.max.into()))
+/// Returns the distance of a point from an endless part, as far as it is known.
+fn least_distance(part: &EndlessPart, point: DVec3) -> f64 {
+    let Bounds { min, max } = part.bounds;
+    let from_box = point.distance(point.clamp(min.into(), max.into()));
+    let from_plane = part.plane.map_or(0.0, |[x, y, z, offset]| {
+        point.dot(DVec3::new(x, y, z)) + offset
+    });
+    from_box.max(from_plane)
 }
 
 /// Returns the view of a 2-D shape, centred in the image.
@@ -414,19 +419,28 @@ mod tests {
             max: [f64::INFINITY, -5000.0, f64::INFINITY],
         };
         let target = FramingTarget::from_bounds(&Bounds::ALL_SPACE);
+        let part = |bounds, plane| EndlessPart { bounds, plane };
+        let everywhere = part(Bounds::ALL_SPACE, None);
         let extents = Extents {
             finite: Some(tower),
-            endless: vec![Bounds::ALL_SPACE],
+            finite_parts: vec![tower],
+            endless: vec![everywhere.clone()],
         };
         assert!((9100.0..10_000.0).contains(&target.far(&extents, &view)));
-        let extents = Extents {
-            finite: None,
-            endless: vec![Bounds::ALL_SPACE, floor],
-        };
-        assert_eq!(
-            target.far(&extents, &view),
-            5001.0 * UNBOUNDED_FAR_DISTANCES.max(UNBOUNDED_FAR_HALF_HEIGHTS / 0.3_f64.tan())
-        );
+        let slanted = part(Bounds::ALL_SPACE, Some([0.6, 0.8, 0.0, 2000.0]));
+        for (endless, distance) in [
+            (vec![everywhere.clone(), part(floor, None)], 5001.0),
+            (vec![everywhere, slanted], 2000.8),
+        ] {
+            let extents = Extents {
+                endless,
+                ..Extents::default()
+            };
+            assert_eq!(
+                target.far(&extents, &view),
+                distance * UNBOUNDED_FAR_DISTANCES.max(UNBOUNDED_FAR_HALF_HEIGHTS / 0.3_f64.tan())
+            );
+        }
     }
 
     #[test]

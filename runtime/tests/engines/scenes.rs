@@ -142,9 +142,9 @@ fn settings() -> Settings {
         subject: None,
         bounds: Bounds::centred([2.0; 3]),
         bounds_for_all_params: Bounds::centred([2.0; 3]),
-        extents: Extents::default(),
         current_bounds: CurrentBounds {
             bounds: Bounds::centred([2.0; 3]),
+            extents: Extents::default(),
             params: vec![],
             time: 0.0,
         },

@@ -85,8 +85,8 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
                 state.gradient = candidate_add_tap(state.gradient, state.phase, field - state.value, tap_length);
                 state.phase += 1.0;
                 continue;
-            } else if outcome == OVERSHOT {
-                state.phase += 1.0;
+            } else if outcome > MIN_PHASE_OUTCOME {
+                state.phase = outcome;
                 continue;
             } else if outcome == 0.0 {
                 state.offset = next;

@@ -118,8 +118,8 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
                 let tap_length = candidate_tap_distance(ray.value, point, limit);
                 ray.gradient = candidate_add_tap(ray.gradient, ray.phase, field - ray.value, tap_length);
                 ray.phase += 1.0;
-            } else if outcome == OVERSHOT {
-                ray.phase += 1.0;
+            } else if outcome > MIN_PHASE_OUTCOME {
+                ray.phase = outcome;
             } else if outcome == 0.0 {
                 ray.offset = next;
                 ray.round += 1.0;

@@ -25,7 +25,7 @@ fn the_reference_draws_and_returns_distances() {
 fn unproved_rays_are_reported() {
     // The field is zero in the whole sphere and negative nowhere.
     let sandbox = Sandbox::with_scene(
-        "camera { from: [0, 0, 3], look: [0, 0, 0] }\nfield(fn(p) => max(0, length(p) - 1))\n",
+        "camera { from: [0, 0, 3], look: [0, 0, 0] }\nfield(fn(p) => max(sin(p.x) * sin(p.x) + cos(p.x) * cos(p.x) - 1, length(p) - 1))\n",
     );
     let run = sandbox.run("render scene.sdf -o out.png --size 8x8 --engine reference");
     let run = run.ok();

@@ -53,7 +53,7 @@ const SCENES: &[(&str, &str, &str)] = &[
     (
         "a field without a sign",
         "field(fn(p) => abs(length(p) - 1), within: 3)",
-        "nothing is seen: the field is nowhere below zero",
+        "nothing is seen: the scene has no solid, its field is nowhere below zero",
     ),
     (
         "a 2-D shape without an edge",
@@ -97,8 +97,13 @@ const SCENES: &[(&str, &str, &str)] = &[
     ),
     (
         "a field that only touches zero",
-        "field(fn(p) => dot(p, p), within: 3)",
+        "field(fn(p) => dot(p, p) - 2 * length(p) + 1, within: 3)",
         "such as `.offset(0.01)`",
+    ),
+    (
+        "balls between all samples",
+        "sphere(0.001) | sphere(0.001).translate(300, 200, 100)",
+        "Its thickest part is about",
     ),
     (
         "a sheet without an inside on a floor",

@@ -19,6 +19,8 @@ pub(super) struct FiniteFinder<'a> {
     scene: &'a mut Scene,
     bounds_cache: &'a mut ShapeBounds,
     results: HashMap<ShapeId, Option<ShapeId>>,
+    /// Unions that fields are equivalent to, by field.
+    unions: HashMap<ShapeId, ShapeId>,
     /// Number of operands of fields whose extent may still be searched.
     remaining_operands: usize,
 }
@@ -32,8 +34,14 @@ impl<'a> FiniteFinder<'a> {
             scene,
             bounds_cache,
             results: HashMap::new(),
+            unions: HashMap::new(),
             remaining_operands: MAX_FIELD_OPERANDS,
         }
+    }
+
+    /// Returns the unions that fields are equivalent to, by field.
+    pub(super) fn into_unions(self) -> HashMap<ShapeId, ShapeId> {
+        self.unions
     }
 
     /// Returns the shape without its unbounded operands; `None` if nothing is left.
@@ -62,8 +70,11 @@ impl<'a> FiniteFinder<'a> {
                 match extremes.filter(|found| found.values.len() <= self.remaining_operands) {
                     Some(extremes) => {
                         self.remaining_operands -= extremes.values.len();
-                        let id = self.combine_fields(id, &extremes, &region);
-                        self.finite_part(id)
+                        let combination = self.combine_fields(id, &extremes, &region);
+                        if extremes.is_minimum {
+                            self.unions.insert(id, combination);
+                        }
+                        self.finite_part(combination)
                     }
                     None => self.bounded_shape(id),
                 }

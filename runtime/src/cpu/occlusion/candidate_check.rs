@@ -161,7 +161,7 @@ impl RayTask for CandidateChecks<'_> {
                 point, gradient, round, phase, value, field, offset, next, limit,
             );
             let is_repeat = !is_tap & (outcome == 0.0);
-            let is_overshot = !is_tap & (outcome == candidate::OVERSHOT);
+            let goes_back = !is_tap & (outcome > candidate::MIN_PHASE_OUTCOME);
             let surface_offset = candidate::surface_offset::<f32>(offset, next, value, field);
             let distance = if outcome > 0.0 {
                 surface_offset.length()
@@ -177,7 +177,7 @@ impl RayTask for CandidateChecks<'_> {
                 distance
             };
             let gradient_part = |new: f32, old: f32| {
-                let kept = choice.choose(!is_overshot, 0.0, old);
+                let kept = choice.choose(!goes_back, 0.0, old);
                 choice.choose(is_tap, new, kept)
             };
             block.gradient_x.0[i] = gradient_part(new_gradient.x, gradient.x);
@@ -189,12 +189,9 @@ impl RayTask for CandidateChecks<'_> {
             block.offset_z.0[i] = if_repeat(next.z, offset.z);
             block.value.0[i] = if_repeat(restart_value, value);
             block.round.0[i] += if is_repeat { 1.0 } else { 0.0 };
-            block.phase.0[i] = if is_tap | is_overshot {
-                phase + 1.0
-            } else {
-                1.0
-            };
-            *ended = is_nan_value | (!is_tap & !is_repeat & !is_overshot);
+            let later_phase = if goes_back { outcome } else { 1.0 };
+            block.phase.0[i] = if is_tap { phase + 1.0 } else { later_phase };
+            *ended = is_nan_value | (!is_tap & !is_repeat & !goes_back);
         }
     }
 

@@ -48,7 +48,7 @@ impl<const FORM: u32> LightParams<FORM> {
             limit,
         );
         let is_repeat = is_probe_phase & (outcome == 0.0);
-        let is_overshot = is_probe_phase & (outcome == candidate::OVERSHOT);
+        let goes_back = is_probe_phase & (outcome > candidate::MIN_PHASE_OUTCOME);
         let is_found = is_probe_phase & (outcome == 1.0);
         let is_misled = is_found & (block.round.0[i] > 0.0);
 
@@ -97,7 +97,7 @@ impl<const FORM: u32> LightParams<FORM> {
         let bound = shadow::candidate_bound(v, block.ray_number.0[i]);
         let cannot_darken =
             is_start & !is_offset & (shadow::cannot_darken::<f32>(field, t, size, bound) > 0.0);
-        let is_done = is_probe_phase & !is_repeat & !is_overshot & !is_moving;
+        let is_done = is_probe_phase & !is_repeat & !goes_back & !is_moving;
         let earlier_t = shadow::earlier_candidate_t(t, size, moves);
         let is_returning = is_done & !is_found & (earlier_t > 0.0);
         let is_finished = cannot_darken | (is_done & !is_returning);
@@ -118,11 +118,8 @@ impl<const FORM: u32> LightParams<FORM> {
         block.offset_x.0[i] = choose(is_repeat, next.x, kept_offset.x);
         block.offset_y.0[i] = choose(is_repeat, next.y, kept_offset.y);
         block.offset_z.0[i] = choose(is_repeat, next.z, kept_offset.z);
-        let next_phase = if is_tap | is_overshot {
-            phase + 1.0
-        } else {
-            phase
-        };
+        let later_phase = if goes_back { outcome } else { phase };
+        let next_phase = if is_tap { phase + 1.0 } else { later_phase };
         let next_phase = if is_start | is_repeat {
             1.0
         } else {
