@@ -232,10 +232,12 @@ fn nothing_visible_reason(module: &Module, settings: &RenderSettings) -> String 
 fn min_visible_depth(point: [f64; 3], camera: [f64; 3]) -> f64 {
     let max_coordinate = point.into_iter().chain(camera);
     let max_coordinate = max_coordinate.map(f64::abs).fold(0.0, f64::max);
-    let rounding = marching::rounding_at(
+    let along = marching::rounding_at(
         DVec3::from(point).distance(camera.into()),
         marching::ROUNDING_PER_UNIT * max_coordinate,
     );
+    let [x, y, z] = point;
+    let rounding = marching::rounding_near::<f64>(V3 { x, y, z }, along, 0.0);
     marching::sign_margin(rounding, 1.0, 0.0)
 }
 

@@ -69,10 +69,11 @@ functions! {
     );
     march_step = marching::march_step(
         t, field, step, trend, t_before, field_before, next_field, count, threshold, half_pixel,
-        relaxation, rounding, is_raw, t_exit, is_probe
+        relaxation, rounding, value_rounding, is_raw, t_exit, is_probe
     ) -> MarchStep { t, field, step, trend, t_before, field_before, arrived };
     threshold = marching::threshold(t, half_pixel, threshold_fraction, rounding);
     rounding_at = marching::rounding_at(t, rounding);
+    rounding_near = marching::rounding_near(point, along, least);
     accept_at_step_cap = marching::accept_at_step_cap(
         t, field, trend, t_before, field_before, half_pixel, far
     );

@@ -137,10 +137,10 @@ shared! {
         normal_taps: u32,
         /// For generic kernels: the flags for fog and for hemispherical occlusion.
         flags: u32,
+        /// The part of the field's rounding error that does not vanish at the origin of the scene.
+        least_rounding: f32,
         /// Padding to a multiple of 16 bytes.
         reserved0: u32,
-        /// Padding to a multiple of 16 bytes.
-        reserved1: u32,
     }
 }
 

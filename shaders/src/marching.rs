@@ -162,7 +162,8 @@ pub struct Step<R> {
 /// A ray begins with `field = step = 0` and a `trend` of −1. `relaxation`, from 0 to 1, is the weight of the
 /// newest slope in the running mean. With 0 the trend stays −1 and each step is exactly the radius: plain
 /// sphere tracing. Where the field is near `threshold`, a fraction of `half_pixel`, roots are estimated, up to
-/// `t_exit` along the ray. `rounding` is the field's rounding error, and `is_raw` is 1 where the length of the
+/// `t_exit` along the ray. `rounding` is the field's rounding error along the ray, and `value_rounding` that of
+/// `next_field` alone ([`rounding_near`]). `is_raw` is 1 where the length of the
 /// field's gradient is unknown, else 0. `is_probe` is 1 where the sample was a probe ([`takes_probe`]): if two are
 /// below the margin, there is a surface at `t`. A raw field may be near zero far from its surface. So there a third
 /// probe follows on the ray, and if that is below the margin too, the surface lies between it and `t`.
@@ -184,6 +185,7 @@ pub fn march_step<R: Real>(
     half_pixel: R,
     relaxation: R,
     rounding: R,
+    value_rounding: R,
     is_raw: R,
     t_exit: R,
     is_probe: R,
@@ -219,7 +221,16 @@ pub fn march_step<R: Real>(
         arrived: lit(0.0),
     };
     let regular = sphere_step(
-        previous, next_field, count, threshold, half_pixel, relaxation, rounding, is_raw, t_exit,
+        previous,
+        next_field,
+        count,
+        threshold,
+        half_pixel,
+        relaxation,
+        rounding,
+        value_rounding,
+        is_raw,
+        t_exit,
     );
     // In a contact the root is at `t`, but for rounding.
     let contact_field = field.min(rounding * lit(-ROOT_ROUNDINGS));
@@ -256,6 +267,7 @@ fn sphere_step<R: Real>(
     half_pixel: R,
     relaxation: R,
     rounding: R,
+    value_rounding: R,
     is_raw: R,
     t_exit: R,
 ) -> Step<R> {
@@ -270,7 +282,7 @@ fn sphere_step<R: Real>(
     } = previous;
     let zero = lit::<R>(0.0);
     let slope = ((next_field - field) / step.max(lit(1e-30))).named("slope");
-    let depth = sign_margin(rounding, slope, is_raw).named("depth");
+    let depth = sign_margin(value_rounding, slope, is_raw).named("depth");
     let is_plain = R::not(field.less(step));
     let overlaps = R::not((field + next_field).less(step));
     let is_estimate = R::or(is_plain, field.less(field_before));
@@ -518,6 +530,21 @@ pub const ROUNDING_PER_UNIT: f64 = 2e-7;
 #[inline(always)]
 pub fn rounding_at<R: Real>(t: R, rounding: R) -> R {
     rounding + t * lit(ROUNDING_PER_UNIT)
+}
+
+/// Rounding error of a field at a point, in units of that of its coordinates.
+const POINT_ROUNDINGS: f64 = 2.0;
+/// Rounding of a point on a ray, as a fraction of the field's rounding error along the ray.
+const POSITION_FRACTION: f64 = 0.15;
+
+/// Returns the field's rounding error at a `point` of a ray.
+///
+/// It follows from the coordinates of the point, not from those of the camera. Thus sheets keep their thickness when
+/// the camera moves away. `along` is the error by [`rounding_at`], and `least` that at the origin of the scene.
+#[inline(always)]
+pub fn rounding_near<R: Real>(point: R::Vec3, along: R, least: R) -> R {
+    let at_point = point.abs().max_component() * lit(ROUNDING_PER_UNIT * POINT_ROUNDINGS) + least;
+    along.min(at_point + along * lit(POSITION_FRACTION))
 }
 
 /// Returns 1 if a ray that ran out of steps is drawn as a hit, else 0.

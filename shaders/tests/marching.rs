@@ -43,6 +43,7 @@ impl Rays {
                 self.half_pixel,
                 self.relaxation,
                 self.rounding,
+                self.rounding,
                 self.is_raw,
                 1e9,
                 0.0,

@@ -105,6 +105,10 @@ macro_rules! step_lane {
         );
         let half = camera::half_pixel(t, $frame.half_pixel_size, $frame.half_pixel_growth);
         let threshold = marching::threshold(t, half, $frame.threshold_fraction, $frame.rounding);
+        let (origin, direction) = lane_ray!($block, $i);
+        let point = camera::point_along::<f32>(origin, direction, t);
+        let rounding = marching::rounding_at(t, $frame.rounding);
+        let value_rounding = marching::rounding_near::<f32>(point, rounding, $frame.least_rounding);
         let $next = marching::march_step(
             $choice.hide($block.t.0[$i]),
             $choice.hide($block.field.0[$i]),
@@ -117,7 +121,8 @@ macro_rules! step_lane {
             threshold,
             half,
             $frame.relaxation,
-            marching::rounding_at(t, $frame.rounding),
+            rounding,
+            value_rounding,
             $frame.is_raw,
             $block.exit_t.0[$i],
             takes_probe!($frame, $block, $i),

@@ -218,9 +218,10 @@ pub(super) fn find_surfaces(
                 } else {
                     1.0
                 };
-                let rounding = marching::rounding_at(ray.t, frame.rounding);
-                let depth = normals::inside_depth(rounding) * side;
                 let p = tile.points[item as usize];
+                let along = marching::rounding_at(ray.t, frame.rounding);
+                let rounding = marching::rounding_near::<f32>(p, along, frame.least_rounding);
+                let depth = normals::inside_depth(rounding) * side;
                 set_lane(points, lane, camera::point_along::<f32>(p, normal, -depth));
                 set_lane(facing, lane, normal);
             }

@@ -248,6 +248,7 @@ impl<const FORM: u32> ShadowRays<'_, FORM> {
             size: self.light.size,
             is_positional: self.light.is_positional,
             is_raw: self.frame.is_raw,
+            least_rounding: self.frame.least_rounding,
             low: vector(self.frame.bounds_min),
             high: vector(self.frame.bounds_max),
             max_steps: self.frame.max_shadow_steps as f32,
@@ -338,6 +339,8 @@ struct LightParams<const FORM: u32> {
     is_positional: f32,
     /// 1 where raw fields occur, so that the gradient may have any length; else 0.
     is_raw: f32,
+    /// Rounding error of the field at the origin of the scene.
+    least_rounding: f32,
     /// Lower corner of the scene's bounds, outside of which there is nothing.
     low: V3<f32>,
     /// Upper corner of the scene's bounds.
@@ -348,6 +351,14 @@ struct LightParams<const FORM: u32> {
 }
 
 impl<const FORM: u32> LightParams<FORM> {
+    /// Returns the rounding error of the field at the point of the ray in a lane.
+    #[inline(always)]
+    fn rounding_near(self, block: &ShadowLanes, i: usize) -> f32 {
+        let start = lane_vector!(block, i, start_x, start_y, start_z);
+        let point = camera::point_along::<f32>(start, lane_direction(block, i), block.t.0[i]);
+        marching::rounding_near::<f32>(point, block.rounding.0[i], self.least_rounding)
+    }
+
     /// Advances a ray by the field's value at its point; reports whether the ray has ended.
     ///
     /// An occluder candidate is checked once the next sample is no candidate, or at the end of the
@@ -356,7 +367,7 @@ impl<const FORM: u32> LightParams<FORM> {
     fn step(self, block: &mut ShadowLanes, i: usize, field: f32) -> bool {
         let (t, v) = (block.t.0[i], block.visibility.0[i]);
         let slope = shadow::slope(field, block.field_before.0[i], block.step.0[i]);
-        let sign_margin = marching::sign_margin(block.rounding.0[i], slope, self.is_raw);
+        let sign_margin = marching::sign_margin(self.rounding_near(block, i), slope, self.is_raw);
         let min_stride = block.min_step.0[i] * shadow::late_speedup(block.steps.0[i]);
         let next = match FORM {
             PLAIN => shadow::short_stride(field, t, min_stride, self.size),

@@ -21,6 +21,7 @@ use super::{Outcome, TraceOptions, UndecidedReason};
 use sdfc_shaders::marching;
 use sdfc_vm::interval::Interval;
 use sdfc_vm::tape::stack::TapeSpan;
+use sdfc_vm::vector::V3;
 
 /// Fraction of a trim that is not applied, against rounding of the trim itself.
 const TRIM_SAFETY_FRACTION: f64 = 1e-9;
@@ -190,7 +191,9 @@ impl RootSearch<'_, '_> {
     fn min_inside_depth(&self, t: f64, slope: f64) -> f64 {
         let origin = self.ray.origin.iter();
         let largest = origin.fold(0.0_f64, |max_abs, v| max_abs.max(v.abs()));
-        let rounding = marching::rounding_at(t, marching::ROUNDING_PER_UNIT * largest);
+        let along = marching::rounding_at(t, marching::ROUNDING_PER_UNIT * largest);
+        let [x, y, z] = self.ray.at(t);
+        let rounding = marching::rounding_near::<f64>(V3::new(x, y, z), along, 0.0);
         let is_raw = if self.evaluator.field().is_raw() {
             1.0
         } else {

@@ -163,7 +163,7 @@ pub fn prepare(settings: &RenderSettings, facts: &FieldFacts) -> RenderJob {
     let axes = axes.ahead(approach);
     let start = start + growth * approach;
     let lighting = &settings.lighting;
-    let largest = largest_coordinate(axes.origin, start, settings, facts);
+    let (largest, least) = rounded_coordinates(axes.origin, start, settings, facts);
     let bounds = facts.bounds.grown(1e-3 * finite_size(&facts.bounds));
     let corner = |v: [f64; 3]| v.map(|x| x.clamp(-INFINITE_BOUND, INFINITE_BOUND) as f32);
     let material = facts.material.unwrap_or_default();
@@ -228,6 +228,7 @@ pub fn prepare(settings: &RenderSettings, facts: &FieldFacts) -> RenderJob {
         normal_spread: normals::tap_spread(settings.normals),
         normal_taps: normals::first_tap(settings.normals) as u32,
         flags: flag(foggy, layout::FOG_FLAG) | flag(hemisphere, layout::HEMISPHERE_FLAG),
+        least_rounding: (marching::ROUNDING_PER_UNIT * least) as f32,
         ..layout::FrameUniforms::default()
     };
     let features = Features {
@@ -283,27 +284,30 @@ fn approach(settings: &RenderSettings, facts: &FieldFacts, forward: [f64; 3]) ->
     }
 }
 
-/// Returns the largest coordinate of the origin of rays, from which their rounding is counted. It is above zero at
-/// the origin, too, where a camera may stand on a surface.
+/// Returns the coordinates from which rounding is counted: along rays from `origin`, and at the origin of the scene.
 ///
-/// Rays that reach a part have its distance as a coordinate. They start up to `start` beside the origin.
-fn largest_coordinate(
+/// They are above zero at the origin, too, where a camera may stand on a surface. Near a part, its size counts. Rays that
+/// reach a part have its distance as a coordinate. They start up to `start` beside `origin`.
+fn rounded_coordinates(
     origin: [f64; 3],
     start: f64,
     settings: &RenderSettings,
     facts: &FieldFacts,
-) -> f64 {
+) -> (f64, f64) {
     let parts: &[Bounds] = match settings.parts.is_empty() {
         true => &[facts.bounds],
         false => &settings.parts,
     };
-    let min_coordinate = |part: &Bounds| {
-        let distance = (part.distance(origin) - start).max(0.0);
-        MIN_COORDINATE_FRACTION * finite_size(part) - distance
+    let min_coordinate_near = |point: [f64; 3], slack: f64| {
+        let min_coordinates = parts.iter().map(|part| {
+            let distance = (part.distance(point) - slack).max(0.0);
+            MIN_COORDINATE_FRACTION * finite_size(part) - distance
+        });
+        min_coordinates.fold(0.0, f64::max)
     };
     let coordinates = origin.iter().map(|v| v.abs());
-    let min_coordinates = parts.iter().map(min_coordinate);
-    coordinates.chain(min_coordinates).fold(0.0, f64::max)
+    let largest = coordinates.fold(min_coordinate_near(origin, start), f64::max);
+    (largest, min_coordinate_near([0.0; 3], 0.0))
 }
 
 /// Returns the depth of the scene's centre along the view.

@@ -11,6 +11,7 @@ use sdfc_runtime::reference::{
 use sdfc_runtime::render::{CellMode, RenderSettings, ResolvedLens, Status, View};
 use sdfc_shaders::marching;
 use sdfc_vm::program::Module;
+use sdfc_vm::vector::V3;
 
 /// The settings of an image of a module from this camera.
 fn settings_from(
@@ -102,7 +103,9 @@ fn is_within_rounding(solid: &dyn Solid, ray: &ReferenceRay, t: f64) -> bool {
     let later = crossings.into_iter().filter(|&crossing| crossing > t);
     let deepest = ray.at((t + later.fold(f64::INFINITY, f64::min)) / 2.0);
     let largest = ray.origin.iter().fold(0.0_f64, |max, v| max.max(v.abs()));
-    let rounding = marching::rounding_at(t, marching::ROUNDING_PER_UNIT * largest);
+    let along = marching::rounding_at(t, marching::ROUNDING_PER_UNIT * largest);
+    let [x, y, z] = ray.at(t);
+    let rounding = marching::rounding_near::<f64>(V3::new(x, y, z), along, 0.0);
     let margin = marching::sign_margin(rounding, 1.0, 0.0) / SEEN_DEPTH_FRACTION;
     let outward = DVec3::from(solid.outward(deepest)).normalize();
     !solid.inside((DVec3::from(deepest) + outward * margin).into())

@@ -30,10 +30,11 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
         let t = ray.t + ray.step;
         let half = half_pixel(t, frame.half_pixel_size, frame.half_pixel_growth);
         let is_probe = takes_probe(ray.t, ray.field, ray.step, ray.trend, ray.field_before, frame.rounding);
-        let distance = scene_distance(sample_point(
+        let point = sample_point(
             camera.origin, camera.direction, ray.t, ray.step, ray.trend, is_probe,
             frame.bounds_min, frame.bounds_max, half, frame.rounding
-        ));
+        );
+        let distance = scene_distance(point);
         ray.steps += 1u;
         if is_nan(distance) {
             ray.status |= NOT_A_NUMBER;
@@ -44,9 +45,11 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
         let side = select(1.0, -1.0, (ray.status & FROM_INSIDE) != 0u);
         let next_field = distance * side;
         let march_threshold = threshold(t, half, frame.threshold_fraction, frame.rounding);
+        let rounding = rounding_at(t, frame.rounding);
+        let value_rounding = rounding_near(point, rounding, frame.least_rounding);
         let next = march_step(
             ray.t, ray.field, ray.step, ray.trend, ray.t_before, ray.field_before, next_field,
-            f32(ray.steps), march_threshold, half, frame.relaxation, rounding_at(t, frame.rounding), frame.is_raw,
+            f32(ray.steps), march_threshold, half, frame.relaxation, rounding, value_rounding, frame.is_raw,
             bounds.y, is_probe
         );
         ray.t = next.t;

@@ -185,7 +185,7 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
         } else {
             let t = ray.t;
             let slope = shadow_slope(field, ray.field_before, ray.step);
-            let margin = sign_margin(rounding, slope, frame.is_raw);
+            let margin = sign_margin(rounding_near(point, rounding, frame.least_rounding), slope, frame.is_raw);
             // The last sample is the end of the ray itself, wherever the earlier steps were.
             let at_end = t >= exit_t || out_of_steps;
             let current_min_step = min_step * shadow_late_speedup(f32(ray.steps) - ray.steps_before);

@@ -14,6 +14,7 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
     let p = point_along(camera.origin, camera.direction, ray.t);
     let normal = normals[item.index].xyz;
     let side = select(1.0, -1.0, (ray.status & FROM_INSIDE) != 0u);
-    let depth = inside_depth(rounding_at(ray.t, frame.rounding)) * side;
+    let rounding = rounding_near(p, rounding_at(ray.t, frame.rounding), frame.least_rounding);
+    let depth = inside_depth(rounding) * side;
     surfaces[item.index] = scene_surface(point_along(p, normal, -depth), normal);
 }

@@ -38,7 +38,7 @@ impl<const FORM: u32> LightParams<FORM> {
         let is_over = is_nan(field) | (out_of_steps & (ray_number > 0.0));
         let is_running = !is_over;
         let slope = shadow::slope(field, field_before, last_step);
-        let sign_margin = marching::sign_margin(block.rounding.0[i], slope, self.is_raw);
+        let sign_margin = marching::sign_margin(self.rounding_near(block, i), slope, self.is_raw);
         let min_stride = block.min_step.0[i] * shadow::late_speedup(steps);
         let is_inside = field < -sign_margin;
         let is_measuring = size == 0.0;
