@@ -41,8 +41,7 @@ pub fn notes(module: &Module, settings: &RenderSettings, image: &Image) -> Vec<S
             }
             ResolvedLens::Orthographic(_) => stats.inside > 0 && stats.hits == 0,
         };
-    let mut bounded_samples = samples(module, &module.settings.bounds, settings.is_2d);
-    if is_inside && bounded_samples.all(|(value, _)| value < 0.0) {
+    if is_inside && is_everywhere_inside(module, settings.is_2d) {
         notes.push(format!(
             "all of space is inside: the field is below zero at all of {SAMPLE_POINTS} sampled points. Negate it, or \
              cut a piece with `& box(…)`"
@@ -81,6 +80,14 @@ pub fn notes(module: &Module, settings: &RenderSettings, image: &Image) -> Vec<S
         }
     }
     notes
+}
+
+/// Reports whether no point outside of the solid is known. Beyond a side of its box, all points are outside.
+fn is_everywhere_inside(module: &Module, is_2d: bool) -> bool {
+    let bounds = &module.settings.bounds;
+    let mut sides = bounds.min.into_iter().chain(bounds.max);
+    let mut samples = samples(module, bounds, is_2d);
+    sides.all(f64::is_infinite) && samples.all(|(value, _)| value < 0.0)
 }
 
 /// Returns the height of an orthographic view.

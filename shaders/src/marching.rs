@@ -308,9 +308,8 @@ fn sphere_step<R: Real>(
     // A long step may pass a sheet. A value off the line may lie behind a wall before a field that was
     // divided by a bound.
     let is_raw = lit::<R>(0.5).less(is_raw);
-    let is_long = (half_pixel * lit(MAX_RAW_SECANT_HALF_PIXELS))
-        .max(certain_depth)
-        .less(step);
+    let long_step = certain_depth.max(half_pixel * lit(MAX_RAW_SECANT_HALF_PIXELS));
+    let is_long = long_step.less(step);
     let is_off_line = R::and(next_field.less(-max_depth), certain_depth.less(step));
     let is_unproven = R::and(is_raw, R::or(is_long, is_off_line));
     // A short step is taken whatever the radius, and may be long for a ray that has crept for many steps.

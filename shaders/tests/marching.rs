@@ -467,6 +467,7 @@ fn arrival(field: impl Fn(V3<f32>) -> f32, is_raw: f32) -> Option<f32> {
             half_pixel,
             marching::DEFAULT_RELAXATION as f32,
             marching::rounding_at::<f32>(t + step, rounding),
+            marching::rounding_at::<f32>(t + step, rounding),
             is_raw,
             t_exit,
             is_probe,

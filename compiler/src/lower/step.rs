@@ -428,7 +428,7 @@ impl Lowering<'_> {
             };
             // A stated bound above the sampled slopes is not refuted by them.
             let bound = sampled_slope.map(|(slope, _)| (slope * 1.1).ceil());
-            let bound = bound.filter(|bound| *bound <= MAX_STATED_SLOPE);
+            let bound = bound.filter(|bound| (1.0..=MAX_STATED_SLOPE).contains(bound));
             let stated_slope =
                 bound.map(|bound| format!("state a bound, `field(…, lipschitz: {bound})`"));
             let advice = [

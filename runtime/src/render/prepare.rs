@@ -179,7 +179,6 @@ pub fn prepare(settings: &RenderSettings, facts: &FieldFacts) -> RenderJob {
     let foggy = lighting.fog.is_some_and(|density| density > 0.0);
     let hemisphere = matches!(settings.occlusion, Occlusion::Multi(_));
     let flag = |is_set: bool, bit: u32| if is_set { bit } else { 0 };
-    let pixels = settings.size[0] * settings.size[1];
     let uniforms = layout::FrameUniforms {
         origin: single(axes.origin),
         far: (settings.far - approach) as f32,
@@ -220,7 +219,7 @@ pub fn prepare(settings: &RenderSettings, facts: &FieldFacts) -> RenderJob {
         samples: aa * aa,
         max_steps: settings.steps.max(1),
         max_shadow_steps: shadow::MAX_STEPS,
-        queue_capacity: pixels.saturating_mul(count.max(1)),
+        queue_capacity: (settings.size[0] * settings.size[1]).saturating_mul(count.max(1)),
         light_count: count,
         approach: approach as f32,
         relaxation: settings.relaxation as f32,
