@@ -166,7 +166,43 @@ impl<'a> Factors<'a> {
                     false => self.e.call(op, &operands),
                 }
             }
+            (Op::Add | Op::Sub, _) => match self.common_factor(number, depth) {
+                Some((factor, rest)) if self.take(factor, Op::Mul) => self.remove(rest, depth - 1),
+                _ => number,
+            },
             _ => number,
+        }
+    }
+
+    /// Returns a live factor of all terms of a sum, and the sum without it.
+    fn common_factor(&mut self, number: ExprId, depth: u32) -> Option<(ExprId, ExprId)> {
+        let is_live = |e: &Expressions, id: ExprId| {
+            e.stage(id) <= Stage::Uniform && e.as_constant(id).is_none()
+        };
+        if is_live(self.e, number) {
+            return Some((number, self.e.constant(1.0)));
+        }
+        let Expression::Apply { op, values, .. } = self.e.get(number).clone() else {
+            return None;
+        };
+        match (op, values.as_slice()) {
+            _ if depth == 0 => None,
+            (Op::Mul, &[a, b]) if is_live(self.e, a) => Some((a, b)),
+            (Op::Mul, &[a, b]) if is_live(self.e, b) => Some((b, a)),
+            (Op::Div, &[a, b]) if is_live(self.e, a) => {
+                let one = self.e.constant(1.0);
+                Some((a, self.e.call(Op::Div, &[one, b])))
+            }
+            (Op::Neg, &[a]) => {
+                let (factor, rest) = self.common_factor(a, depth - 1)?;
+                Some((factor, self.e.call(Op::Neg, &[rest])))
+            }
+            (Op::Add | Op::Sub, &[a, b]) => {
+                let (factor, first) = self.common_factor(a, depth - 1)?;
+                let (other, second) = self.common_factor(b, depth - 1)?;
+                (factor == other).then(|| (factor, self.e.call(op, &[first, second])))
+            }
+            _ => None,
         }
     }
 

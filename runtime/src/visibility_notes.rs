@@ -2,6 +2,7 @@
 //! solid, or a light too faint.
 
 mod deepest_point;
+mod thin_parts;
 mod uniform_picture;
 
 use crate::render::{
@@ -77,6 +78,9 @@ pub fn notes(module: &Module, settings: &RenderSettings, image: &Image) -> Vec<S
         notes.extend(lights.filter_map(|light| dark_light_note(module, settings, light)));
         if !is_inside {
             notes.extend(uniform_picture::note(settings, image));
+        }
+        if !covers_nothing {
+            notes.extend(thin_parts::note(settings, &module.settings.bounds));
         }
     }
     notes
@@ -267,7 +271,8 @@ fn format_point(p: [f64; 3]) -> String {
 /// Formats a number with three digits.
 fn format_number(v: f64) -> String {
     if v == 0.0 || !v.is_finite() {
-        return v.to_string();
+        // Without the sign of a negative zero.
+        return (v + 0.0).to_string();
     }
     let digits = 2 - v.abs().log10().floor() as i32;
     match digits {

@@ -96,6 +96,18 @@ const SCENES: &[(&str, &str, &str)] = &[
         "coordinates as large as these are rounded by more",
     ),
     (
+        "a sheet far from the origin, on a floor",
+        "camera { from: [1003, 2.5, 4], look: [1000, 0, 0], fov: 40deg }\n\
+         box(1.5, 0.0005, 1.5).translate(1000, 0, 0) | plane(Y, at: -1)",
+        "a part near [1000, 0, 0] is 0.0005 thin",
+    ),
+    (
+        "a sheet through a telescope, on a floor",
+        "camera { from: [300, 250, 400], look: [0, 0, 0], fov: 0.4deg }\n\
+         box(1.5, 0.001, 1.5) | plane(Y, at: -1)",
+        "",
+    ),
+    (
         "a field that only touches zero",
         "field(fn(p) => dot(p, p) - 2 * length(p) + 1, within: 3)",
         "such as `.offset(0.01)`",
