@@ -13,7 +13,7 @@ use crate::scene::{NO_SURFACE_DISTANCE, Scene, SceneRef, ShapeId, ShapeKind, chi
 use crate::uniforms::postorder;
 use sdfc_lang::Diagnostic;
 use sdfc_vm::table::Op;
-use std::collections::HashSet;
+use std::collections::{HashMap, HashSet};
 
 /// Removes the factors of all fields below a shape whose sign alone counts, and odd functions around them. A field
 /// with a stated slope keeps its factors. That slope says nothing about a field without its odd functions. A field that
@@ -132,7 +132,12 @@ struct Factors<'a> {
     live: Vec<LiveFactor>,
     /// Parameters and time of all live ones.
     leaves: HashSet<ExprId>,
+    /// Results of the search for common factors. Sums may share their terms many times.
+    common_factors: HashMap<ExprId, Option<CommonFactor>>,
 }
+
+/// A live factor of all terms of a sum, and the sum without it.
+type CommonFactor = (ExprId, ExprId);
 
 impl<'a> Factors<'a> {
     fn new(e: &'a mut Expressions, ranges: &'a ParamRanges, takes_live: bool) -> Self {
@@ -143,6 +148,7 @@ impl<'a> Factors<'a> {
             takes_live,
             live: Vec::new(),
             leaves: HashSet::new(),
+            common_factors: HashMap::new(),
         }
     }
 
@@ -175,7 +181,17 @@ impl<'a> Factors<'a> {
     }
 
     /// Returns a live factor of all terms of a sum, and the sum without it.
-    fn common_factor(&mut self, number: ExprId, depth: u32) -> Option<(ExprId, ExprId)> {
+    fn common_factor(&mut self, number: ExprId, depth: u32) -> Option<CommonFactor> {
+        if let Some(&known) = self.common_factors.get(&number) {
+            return known;
+        }
+        let found = self.find_common_factor(number, depth);
+        self.common_factors.insert(number, found);
+        found
+    }
+
+    /// Searches the terms of a sum for a common factor, up to a depth.
+    fn find_common_factor(&mut self, number: ExprId, depth: u32) -> Option<CommonFactor> {
         let is_live = |e: &Expressions, id: ExprId| {
             e.stage(id) <= Stage::Uniform && e.as_constant(id).is_none()
         };

@@ -90,7 +90,7 @@ pub(crate) fn narrow_bounds(
         .filter(|&(axis, _)| !search.unused[axis])
         .collect();
     let boxes = search.subdivided(vec![*bounds], &[]);
-    let hull = boxes.iter().fold(Bounds::EMPTY, |hull, b| hull.hull(b));
+    let hull = hull_of(&boxes);
     let mut result = *bounds;
     for (axis, _) in searched_sides {
         result.min[axis] = hull.min[axis];
@@ -213,7 +213,7 @@ impl ExtentSearch<'_> {
         boxes: &[Bounds],
         open_sides: &[(usize, bool)],
     ) -> Bounds {
-        let hull = boxes.iter().fold(Bounds::EMPTY, |hull, b| hull.hull(b));
+        let hull = hull_of(boxes);
         let is_touched =
             |&side: &(usize, bool)| boxes.iter().any(|b| extends_to(b, side, 1.0 - 1e-12));
         let (touched, untouched): (Vec<_>, Vec<_>) =
@@ -246,7 +246,6 @@ impl ExtentSearch<'_> {
     /// size, at a limit, or once a solid is found far out on all `open_sides`, if there are any.
     fn subdivided(&mut self, mut boxes: Vec<Bounds>, open_sides: &[(usize, bool)]) -> Vec<Bounds> {
         let mut is_infinite = vec![false; open_sides.len()];
-        let hull_of = |boxes: &[Bounds]| boxes.iter().fold(Bounds::EMPTY, |hull, b| hull.hull(b));
         let min_size = self.longest_side(&hull_of(&boxes)).1 * MIN_HULL_FRACTION;
         loop {
             let hull = hull_of(&boxes);
@@ -346,6 +345,11 @@ fn beyond(b: &Bounds, (axis, upper): (usize, bool), coordinate: f64) -> Bounds {
         result.max[axis] = coordinate;
     }
     result
+}
+
+/// Returns the box around boxes.
+fn hull_of(boxes: &[Bounds]) -> Bounds {
+    boxes.iter().fold(Bounds::EMPTY, |hull, b| hull.hull(b))
 }
 
 /// Returns the two halves of a box across an axis.

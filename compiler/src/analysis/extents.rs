@@ -1,4 +1,4 @@
-//! Boxes and distances of the parts of an endless solid, from which the length of rays follows.
+//! Boxes and distances of the parts of a solid, from which the length of rays and rounding follow.
 
 use crate::analysis::bounds::ShapeBounds;
 use crate::analysis::shape_range::ShapeRange;
