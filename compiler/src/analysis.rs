@@ -8,6 +8,7 @@ mod bounds_slack;
 pub(crate) mod box_eval;
 mod climb;
 pub(crate) mod definedness;
+pub(crate) mod enclosure;
 pub(crate) mod extent;
 pub(crate) mod extents;
 pub(crate) mod param_ranges;

@@ -191,7 +191,8 @@ pub fn trace_sample(
             let row: Vec<Option<RayEnd>> = (0..width)
                 .map(|x| {
                     let ray = camera.ray([x as f64, y as f64], [0.0, 0.0]);
-                    let mut trace = || tracer.ray(&ray, settings.far, |t| camera.half_pixel(t));
+                    let far = camera.far(&ray);
+                    let mut trace = || tracer.ray(&ray, far, |t| camera.half_pixel(t));
                     is_needed[y * width + x].then(&mut trace)
                 })
                 .collect();

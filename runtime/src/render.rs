@@ -172,6 +172,8 @@ pub struct RenderSettings {
     pub steps: u32,
     /// Maximum length of a ray, in scene units.
     pub far: f64,
+    /// Maximum length of a ray that falls towards a half space of the enclosure, which may lie beyond `far`.
+    pub extended_far: f64,
     /// Distance from a surface at which a march searches for the root, as a fraction of half a pixel. Where
     /// the field decreases steadily, it is 10 to 20 times as far. The depth is refined afterwards. A larger
     /// fraction takes fewer steps, and misses more details thinner than a pixel.
@@ -195,6 +197,8 @@ pub struct RenderSettings {
     pub view: View,
     /// Boxes of the parts of the scene; empty if all of it is one part. The rounding of each matters near that part only.
     pub parts: Vec<sdfc_vm::bounds::Bounds>,
+    /// Region that contains an endless scene; `None` if none is known.
+    pub enclosure: Option<sdfc_vm::settings::Enclosure>,
     /// The lights and the sky.
     pub lighting: Lighting,
     /// Set if the scene is a 2-D shape.

@@ -177,7 +177,8 @@ pub fn resolve(
             size,
         )?,
     };
-    let far = overrides.far.or(render.far).unwrap_or_else(|| {
+    let stated_far = overrides.far.or(render.far);
+    let far = stated_far.unwrap_or_else(|| {
         target
             .with_bounds(&settings.bounds_for_all_params)
             .far(&settings.current_bounds.extents, &view)
@@ -191,6 +192,7 @@ pub fn resolve(
         aa,
         steps,
         far: positive("the range of a ray", far)?,
+        extended_far: stated_far.unwrap_or(f64::INFINITY),
         threshold_fraction: RenderSettings::DEFAULT_THRESHOLD_FRACTION,
         relaxation: RenderSettings::DEFAULT_RELAXATION,
         cells: overrides.cells,
@@ -204,6 +206,7 @@ pub fn resolve(
         exposure: not_negative("the exposure", exposure)?,
         view,
         parts: part_boxes(&settings.current_bounds.extents),
+        enclosure: settings.enclosure().cloned(),
         lighting: lighting(settings, &read)?,
         is_2d: settings.is_2d,
     })

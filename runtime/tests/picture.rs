@@ -24,6 +24,7 @@ fn settings() -> RenderSettings {
         aa: 1,
         steps: 256,
         far: 1000.0,
+        extended_far: 1000.0,
         threshold_fraction: RenderSettings::DEFAULT_THRESHOLD_FRACTION,
         relaxation: RenderSettings::DEFAULT_RELAXATION,
         cells: CellMode::Auto,
@@ -40,6 +41,7 @@ fn settings() -> RenderSettings {
             lens: ResolvedLens::Perspective(0.7),
         },
         parts: vec![],
+        enclosure: None,
         lighting: Lighting {
             lights: vec![],
             sky_top: [0.2, 0.4, 0.9],

@@ -101,6 +101,54 @@ pub fn intersect_box<R: Real>(
     R::Vec2::new(enter.max(lit(0.0)), exit.min(far))
 }
 
+/// Least rate at which a ray falls that is extended to a half space: at a lesser one, rounding decides where it
+/// arrives.
+const MIN_EXTENDED_FALL: f64 = 1e-5;
+/// Length of an extended ray, in distances to the half space.
+const EXTENDED_LENGTH: f64 = 1.5;
+/// Relative margin of the point at which a ray leaves a half space.
+const LEAVING_MARGIN: f64 = 1e-4;
+
+/// Returns the distance along a ray beyond which it does not meet a half space, or 0 if it meets none of it. Returns
+/// −1 if the ray never leaves its solid part.
+///
+/// Rays end at `far`. Those that fall towards the half space go on until they are in it, up to `extended_far`.
+/// `offset` is the distance of the origin from the plane along its `normal`, which points out of the half space.
+/// From `solid_depth` on, the half space is solid.
+#[inline(always)]
+pub fn half_space_exit<R: Real>(
+    origin: R::Vec3,
+    direction: R::Vec3,
+    normal: R::Vec3,
+    offset: R,
+    solid_depth: R,
+    far: R,
+    extended_far: R,
+) -> R {
+    let height = (origin.dot(normal) + offset).named("height");
+    let fall = -direction.dot(normal);
+    let tiny = lit::<R>(1e-12);
+    let crossing = (height.abs() / fall.abs().max(tiny)).named("crossing");
+    let is_falling = lit::<R>(0.0).less(fall);
+    let is_extended = R::and(
+        lit::<R>(MIN_EXTENDED_FALL).less(fall),
+        R::not(extended_far.less(crossing)),
+    );
+    let extended = (crossing * lit(EXTENDED_LENGTH)).min(extended_far);
+    let arrival = R::select(
+        crossing.less(far),
+        far,
+        R::select(is_extended, extended, lit(0.0)),
+    );
+    let above = R::select(is_falling, arrival, lit(0.0));
+    let leaving = (crossing * lit(1.0 + LEAVING_MARGIN)).min(far);
+    let stays = R::or(is_falling, R::not(leaving.less(far)));
+    let is_buried = R::and(height.less(-solid_depth), stays);
+    let inside = R::select(stays, far, leaving);
+    let inside_or_buried = R::select(is_buried, lit(-1.0), inside);
+    R::select(lit::<R>(0.0).less(height), above, inside_or_buried)
+}
+
 /// Returns the distance along the ray to the plane through `centre` with the normal `forward`.
 #[inline(always)]
 pub fn intersect_plane<R: Real>(

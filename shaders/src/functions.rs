@@ -55,6 +55,9 @@ functions! {
     point_along = camera::point_along(origin, direction, t);
     half_pixel = camera::half_pixel(t, half_pixel_size, growth);
     intersect_box = camera::intersect_box(origin, direction, low, high, far);
+    half_space_exit = camera::half_space_exit(
+        origin, direction, normal, offset, solid_depth, far, extended_far
+    );
     intersect_plane = camera::intersect_plane(origin, direction, centre, forward);
 
     distance_between = beam::distance_between(a, b);

@@ -5,6 +5,7 @@
 //! bytes and takes 12, so each precedes a scalar. A test compares every offset with naga's.
 
 use bytemuck::{Pod, Zeroable};
+use sdfc_vm::settings::MAX_HALF_SPACES;
 
 /// Declares a struct for Rust (`repr(C)`) and its twin for WGSL, in the constant `WGSL`.
 macro_rules! shared {
@@ -19,7 +20,7 @@ macro_rules! shared {
             /// The declaration in WGSL.
             pub const WGSL: &'static str = concat!(
                 "struct ", stringify!($name), " {\n",
-                $("    ", stringify!($field), ": ", stringify!($ty), ",\n",)+
+                $("    ", stringify!($field), ": ", shared!(@wgsl $ty), ",\n",)+
                 "}\n",
             );
             /// Names of the fields and their offsets, in bytes.
@@ -33,7 +34,14 @@ macro_rules! shared {
     (@rust vec3f) => { [f32; 3] };
     (@rust vec4f) => { [f32; 4] };
     (@rust vec4u) => { [u32; 4] };
+    (@rust HalfSpaces) => { HalfSpaces };
+    (@wgsl HalfSpaces) => { "array<vec4f, 6>" };
+    (@wgsl $ty:ident) => { stringify!($ty) };
 }
+
+/// Planes of half spaces: the normal, which points out of it, and the distance of the origin.
+pub type HalfSpaces = [[f32; 4]; MAX_HALF_SPACES];
+const _: () = assert!(MAX_HALF_SPACES == 6);
 
 shared! {
     /// The numbers of a frame and of one dispatch: binding 0, a uniform.
@@ -139,8 +147,26 @@ shared! {
         flags: u32,
         /// The part of the field's rounding error that does not vanish at the origin of the scene.
         least_rounding: f32,
+        /// Number of half spaces which, together with the finite box, contain an endless solid; 0 if none are known.
+        half_space_count: u32,
+        /// Lower corner of the finite box.
+        finite_min: vec3f,
+        /// Maximum length of rays that fall towards a half space.
+        extended_far: f32,
+        /// Upper corner of the finite box.
+        finite_max: vec3f,
+        /// Depth from which on the first half spaces are solid.
+        solid_depth: f32,
+        /// Those half spaces.
+        half_spaces: HalfSpaces,
+        /// Number of the first half spaces that are solid from that depth on.
+        solid_half_space_count: u32,
         /// Padding to a multiple of 16 bytes.
         reserved0: u32,
+        /// Padding.
+        reserved1: u32,
+        /// Padding.
+        reserved2: u32,
     }
 }
 

@@ -56,6 +56,29 @@ fn rays_cross_boxes_where_they_should() {
 }
 
 #[test]
+fn rays_leave_half_spaces_where_they_should() {
+    // A floor at a height of −1, and a ray from the origin with this rise.
+    let exit = |height: f32, rise: f32, extended_far| {
+        let run = (1.0 - rise * rise).sqrt();
+        let origin = V3::new(3.0, height - 1.0, 0.0);
+        let direction = V3::new(run, rise, 0.0);
+        let up = V3::new(0.0, 1.0, 0.0);
+        camera::half_space_exit::<f32>(origin, direction, up, 1.0, 0.5, 100.0, extended_far)
+    };
+    assert_eq!(exit(1.0, -0.6, 1e18), 100.0, "falls");
+    assert_eq!(exit(1.0, 0.6, 1e18), 0.0, "rises");
+    assert_eq!(exit(1.0, 0.0, 1e18), 0.0, "is level");
+    let late = exit(1.0, -0.001, 1e18);
+    assert!((1400.0..1600.0).contains(&late), "arrives late: {late}");
+    assert_eq!(exit(1.0, -0.001, 100.0), 0.0, "would arrive too late");
+    let leaves = exit(-0.3, 0.6, 1e18);
+    assert!((0.5..0.501).contains(&leaves), "leaves: {leaves}");
+    assert_eq!(exit(-0.3, -0.6, 1e18), 100.0, "goes deeper");
+    assert_eq!(exit(-0.7, 0.0, 1e18), -1.0, "stays in what is solid");
+    assert_eq!(exit(-0.7, 0.001, 1e18), -1.0, "leaves too late");
+}
+
+#[test]
 fn slanted_ways_to_a_far_start_are_longer() {
     for approach in [1.0_f32, 1e3, 1e6] {
         for aside in [0.0_f32, 1e-5, 1e-2, 0.5, 3.0] {

@@ -4,6 +4,7 @@
 //! Pictures do not test this: a bound may be too narrow by a tenth where no ray passes.
 
 mod cells;
+mod enclosures;
 mod passes;
 mod rays;
 mod samples;

@@ -16,13 +16,16 @@
 
 use crate::encode::{DecodeError, decode, encode};
 use crate::program::{Module, Patch, Program, table_hash};
-use crate::settings::{Camera, Extents, Lens, Light, LightSource, SettingValue, Settings, Shadow};
+use crate::settings::{
+    Camera, Enclosure, Extents, Lens, Light, LightSource, MAX_HALF_SPACES, SettingValue, Settings,
+    Shadow,
+};
 use crate::uniform::{UniformError, UniformProgram};
 use crate::verify::{VerifyError, verify};
 
 const MAGIC: u32 = u32::from_le_bytes(*b"SDFB");
 /// The version of the layout.
-pub const VERSION: u32 = 5;
+pub const VERSION: u32 = 6;
 const HEADER: usize = 5;
 /// The largest file that is read, in bytes.
 pub const MAX_BYTES: usize = 64 << 20;
@@ -321,6 +324,11 @@ fn check_settings(settings: &Settings, uniforms: &UniformProgram) -> Result<(), 
     if inputs != uniforms.inputs as usize || !settings.params.iter().all(finite) {
         return Err("the parameters do not fit the uniform program");
     }
+    check_bounds(settings)
+}
+
+/// Checks boxes and planes of the solid.
+fn check_bounds(settings: &Settings) -> Result<(), &'static str> {
     let boxes = [
         &settings.bounds,
         &settings.bounds_for_all_params,
@@ -330,13 +338,32 @@ fn check_settings(settings: &Settings, uniforms: &UniformProgram) -> Result<(), 
         finite,
         finite_parts,
         endless,
+        enclosure,
     } = &settings.current_bounds.extents;
-    let boxes = boxes.into_iter().chain(finite).chain(finite_parts);
+    let boxes = boxes
+        .into_iter()
+        .chain(finite)
+        .chain(finite_parts)
+        .chain(enclosure.iter().map(|enclosure| &enclosure.finite));
     let mut corners = boxes
         .chain(endless.iter().map(|part| &part.bounds))
         .flat_map(|b| b.min.iter().chain(&b.max));
-    let mut planes = endless.iter().filter_map(|part| part.plane).flatten();
-    if corners.any(|v| v.is_nan()) || !planes.all(f64::is_finite) {
+    let half_spaces = enclosure
+        .iter()
+        .flat_map(|enclosure| &enclosure.half_spaces);
+    let mut planes = endless
+        .iter()
+        .filter_map(|part| part.plane.as_ref())
+        .chain(half_spaces)
+        .flatten();
+    let has_valid_counts = |enclosure: &Enclosure| {
+        let count = enclosure.half_spaces.len();
+        count <= MAX_HALF_SPACES && enclosure.solid_half_spaces <= count
+    };
+    if !enclosure.iter().all(has_valid_counts) {
+        return Err("the numbers of its half spaces are wrong");
+    }
+    if corners.any(|v| v.is_nan()) || !planes.all(|v| v.is_finite()) {
         return Err("its bounds or its slope are not numbers");
     }
     Ok(())

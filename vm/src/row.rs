@@ -389,6 +389,23 @@ pub struct OpFacts {
     pub source: &'static str,
 }
 
+impl OpFacts {
+    /// Returns the growth of the hull of the operands' boxes; `None` if no growth bounds the result.
+    pub fn hull_growth(&self, numbers: &[f64], operands: usize) -> Option<f64> {
+        match (self.bounds, self.blend) {
+            (BoundsRule::Hull, _) => Some(0.0),
+            (BoundsRule::HullGrown(_), Some(blend)) => {
+                Some(blend.kernel.max_chain_offset(numbers[0], operands))
+            }
+            // Each step of a chain may add to the sum of the steps before it.
+            (BoundsRule::HullGrown(rule), None) => {
+                Some(rule(numbers) * operands.saturating_sub(1).max(1) as f64)
+            }
+            _ => None,
+        }
+    }
+}
+
 /// Two flat faces across a coordinate axis, at the same distance from the origin on both sides.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Flat {

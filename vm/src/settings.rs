@@ -84,6 +84,24 @@ pub struct Extents {
     pub finite_parts: Vec<Bounds>,
     /// The endless parts.
     pub endless: Vec<EndlessPart>,
+    /// Region that contains an endless solid, if one is known.
+    pub enclosure: Option<Enclosure>,
+}
+
+/// Maximum number of half spaces of an enclosure.
+pub const MAX_HALF_SPACES: usize = 6;
+
+/// A region that contains a solid: the union of a box and of half spaces.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Enclosure {
+    /// The box, perhaps empty.
+    pub finite: Bounds,
+    /// Planes of the half spaces: the normal of length one, which points out of it, and the distance of the origin.
+    pub half_spaces: Vec<[f64; 4]>,
+    /// Number of the first half spaces that are solid, but for the part near their planes.
+    pub solid_half_spaces: usize,
+    /// Depth from which on these are solid.
+    pub solid_depth: f64,
 }
 
 /// An endless part of a solid, such as a floor.
@@ -117,12 +135,19 @@ impl Settings {
     }
     /// Returns a bounding box of the solid at the current values, to which rays may be clipped.
     pub fn clip_bounds(&self) -> &Bounds {
-        let current = &self.current_bounds;
-        if current.time == self.time && current.params == self.param_numbers() {
-            &current.bounds
-        } else {
-            &self.bounds_for_all_params
+        match self.has_current_bounds() {
+            true => &self.current_bounds.bounds,
+            false => &self.bounds_for_all_params,
         }
+    }
+    /// Returns the enclosure of the solid at the current values, if it is known.
+    pub fn enclosure(&self) -> Option<&Enclosure> {
+        let enclosure = self.current_bounds.extents.enclosure.as_ref();
+        enclosure.filter(|_| self.has_current_bounds())
+    }
+    fn has_current_bounds(&self) -> bool {
+        let current = &self.current_bounds;
+        current.time == self.time && current.params == self.param_numbers()
     }
 }
 

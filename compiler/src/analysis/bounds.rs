@@ -473,14 +473,9 @@ impl ShapeBounds {
                 .bounds
                 .shape_bounds(numbers)
                 .unwrap_or(Bounds::ALL_SPACE),
-            BoundsRule::Hull => hull(),
-            BoundsRule::HullGrown(rule) => {
-                let growth = match facts.blend {
-                    Some(blend) => blend.kernel.max_chain_offset(numbers[0], boxes.len()),
-                    // Each step of a chain may add to the sum of the steps before it.
-                    None => rule(numbers) * boxes.len().saturating_sub(1).max(1) as f64,
-                };
-                self.grown_by(scene, &hull(), growth, children)
+            BoundsRule::Hull | BoundsRule::HullGrown(_) => {
+                let growth = facts.hull_growth(numbers, boxes.len());
+                self.grown_by(scene, &hull(), growth.unwrap_or(f64::INFINITY), children)
             }
             BoundsRule::Intersection => boxes
                 .iter()
@@ -521,7 +516,12 @@ impl ShapeBounds {
 
     /// Returns a box outside of which a shape's value is at least `level`. Recursion over nested
     /// shapes, whose depth the elaborator bounds.
-    fn sublevel_bounds(&mut self, scene: SceneRef<'_>, id: ShapeId, level: f64) -> Bounds {
+    pub(super) fn sublevel_bounds(
+        &mut self,
+        scene: SceneRef<'_>,
+        id: ShapeId,
+        level: f64,
+    ) -> Bounds {
         let bounds = self.get(scene, id);
         if let Some(growth) = self.box_growth(scene, id, level) {
             return bounds.grown(level * growth);

@@ -1,6 +1,7 @@
 //! Boxes and distances of the parts of a solid, from which the length of rays and rounding follow.
 
 use crate::analysis::bounds::ShapeBounds;
+use crate::analysis::enclosure::enclosure;
 use crate::analysis::shape_range::ShapeRange;
 use crate::expression::ExprId;
 use crate::scene::{SceneRef, ShapeId, ShapeKind, children};
@@ -91,6 +92,10 @@ pub(crate) fn extents(
         endless: endless.collect(),
         finite: Some(finite).filter(Bounds::is_finite),
         finite_parts: largest_boxes(finite_parts),
+        enclosure: match all.is_finite() {
+            true => None,
+            false => enclosure(scene, boxes, root),
+        },
     }
 }
 

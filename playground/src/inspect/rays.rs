@@ -5,7 +5,7 @@ use sdfc_runtime::reference::ReferenceCamera;
 use sdfc_runtime::render::RenderSettings;
 
 /// Rays of a picture: those of the first sample of each pixel, to which the channels of its image belong.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct PictureRays {
     camera: ReferenceCamera,
     size: [u32; 2],

@@ -2,8 +2,7 @@
 
 use super::LANES;
 use super::ray_tasks::{lane_ray, lanes, set_lane_ray};
-use crate::render::ray::{PixelRay, camera_ray, vector};
-use sdfc_shaders::camera;
+use crate::render::ray::{PixelRay, bounds_segment, camera_ray, limit_to_enclosure};
 use sdfc_shaders::layout::FrameUniforms;
 use sdfc_vm::multiversion;
 use sdfc_vm::vector::V3;
@@ -38,7 +37,6 @@ multiversion! {
 
 #[inline(always)]
 fn camera_rays_body(frame: &FrameUniforms, pixels: &[[f32; 2]], rays: &mut Vec<CameraRay>) {
-    let (low, high) = (vector(frame.bounds_min), vector(frame.bounds_max));
     rays.clear();
     let mut block = CameraLanes::default();
     for pixels in pixels.chunks(LANES) {
@@ -48,12 +46,16 @@ fn camera_rays_body(frame: &FrameUniforms, pixels: &[[f32; 2]], rays: &mut Vec<C
                 direction,
                 start_offset,
             } = camera_ray(frame, pixel);
-            let bounds = camera::intersect_box::<f32>(origin, direction, low, high, frame.far);
+            let bounds = bounds_segment(frame, origin, direction);
             set_lane_ray!(block, lane, origin, direction);
             block.start_offset.0[lane] = start_offset;
             block.enter.0[lane] = bounds.x;
             block.exit.0[lane] = bounds.y;
         }
+        let mut exits = block.exit;
+        let ray = |lane: usize| lane_ray!(block, lane);
+        limit_to_enclosure(frame, ray, &mut exits.0[..pixels.len()]);
+        block.exit = exits;
         rays.extend((0..pixels.len()).map(|lane| {
             let (origin, direction) = lane_ray!(block, lane);
             CameraRay {

@@ -134,7 +134,7 @@ macro_rules! step_lane {
             $next.t_before,
             $next.field_before,
             half.max(threshold),
-            $frame.far,
+            $block.exit_t.0[$i],
         ) > 0.0;
         let capped = if is_near_surface {
             outcome::NEAR_SURFACE

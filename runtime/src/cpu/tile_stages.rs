@@ -18,7 +18,7 @@ use crate::render::ray::distance_from_camera;
 use crate::render::{Geometry, Image, RenderJob, RenderProgress, Samples};
 use crate::work_stealing::parallel_map_with;
 use sdfc_shaders::assemble::{RenderStage, stages};
-use sdfc_shaders::marching::SHOWN;
+use sdfc_shaders::marching::{SHOWN, Status};
 use sdfc_shaders::{beam, layout};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -133,19 +133,15 @@ impl Tile {
             (Some(evaluations), _) => evaluations,
             (None, Some(traversal)) => {
                 self.hit_leaves.resize(self.rays.len(), NO_LEAF);
-                self.march_packets(frame, traversal, evaluator)
+                let evaluations = self.march_packets(frame, traversal, evaluator);
+                evaluations + self.march_extended(frame, evaluator)
             }
             (None, None) => {
                 let beam_evaluations = self.find_beams(frame, evaluator);
-                let mut task = March {
-                    frame,
-                    camera_rays: &self.camera_rays,
-                    rays: &mut self.rays,
-                    beams: &self.beams,
-                    columns: self.width.div_ceil(beam::BLOCK_SIDE),
-                    width: self.width,
-                };
-                beam_evaluations + run_streamed(&mut task, evaluator, &self.order)
+                let items = std::mem::take(&mut self.order);
+                let evaluations = self.march_items(frame, &items, evaluator);
+                self.order = items;
+                beam_evaluations + evaluations
             }
         };
         self.shown.clear();
@@ -160,6 +156,52 @@ impl Tile {
             self.compute_points(&hit_items);
             self.shown = hit_items;
         }
+        evaluations
+    }
+
+    /// Marches rays through the whole field, each block from the end of its beam.
+    fn march_items(
+        &mut self,
+        frame: &layout::FrameUniforms,
+        items: &[u32],
+        evaluator: &mut dyn Evaluator,
+    ) -> u64 {
+        let mut task = March {
+            frame,
+            camera_rays: &self.camera_rays,
+            rays: &mut self.rays,
+            beams: &self.beams,
+            columns: self.width.div_ceil(beam::BLOCK_SIDE),
+            width: self.width,
+        };
+        run_streamed(&mut task, evaluator, items)
+    }
+
+    /// Marches the rays on that meet nothing in the cells and reach beyond them. Returns the number of evaluations.
+    fn march_extended(
+        &mut self,
+        frame: &layout::FrameUniforms,
+        evaluator: &mut dyn Evaluator,
+    ) -> u64 {
+        let goes_on = |item: &u32| {
+            let status = self.rays[*item as usize].status;
+            status == Status::Miss as u32 && frame.far < self.camera_rays[*item as usize].exit
+        };
+        let items: Vec<u32> = self.order.iter().copied().filter(goes_on).collect();
+        if items.is_empty() {
+            return 0;
+        }
+        let [columns, rows] = [self.width, self.height].map(|side| side.div_ceil(beam::BLOCK_SIDE));
+        let start = layout::Beam {
+            t: frame.far,
+            steps: 0,
+        };
+        self.beams.clear();
+        self.beams.resize((columns * rows) as usize, start);
+        let evaluations = self.march_items(frame, &items, evaluator);
+        let hits = items.into_iter();
+        let hits = hits.filter(|&item| self.rays[item as usize].status & SHOWN != 0);
+        self.compute_points(&hits.collect::<Vec<u32>>());
         evaluations
     }
 

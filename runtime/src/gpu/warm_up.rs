@@ -30,6 +30,7 @@ fn solid_settings(mode: Mode) -> RenderSettings {
         aa: 1,
         steps: 4,
         far: 10.0,
+        extended_far: 10.0,
         threshold_fraction: RenderSettings::DEFAULT_THRESHOLD_FRACTION,
         relaxation: RenderSettings::DEFAULT_RELAXATION,
         mode,
@@ -45,6 +46,7 @@ fn solid_settings(mode: Mode) -> RenderSettings {
             lens: ResolvedLens::Perspective(0.7),
         },
         parts: Vec::new(),
+        enclosure: None,
         lighting: Lighting {
             lights: vec![ResolvedLight {
                 source: LightEmitter::Directional([0.0, 1.0, 1.0]),

@@ -23,9 +23,12 @@ impl ReferenceRay {
 }
 
 /// The camera of a picture.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct ReferenceCamera {
     axes: Axes,
+    far: f64,
+    extended_far: f64,
+    half_spaces: Vec<[f64; 4]>,
     size: [u32; 2],
     half_pixel_size: f64,
     growth: f64,
@@ -41,8 +44,12 @@ impl ReferenceCamera {
             ResolvedLens::Perspective(_) => (0.0, across(axes.forward_up)),
             ResolvedLens::Orthographic(_) => (across(axes.origin_up), 0.0),
         };
+        let enclosure = settings.enclosure.as_ref();
         Self {
             axes,
+            far: settings.far,
+            extended_far: settings.extended_far,
+            half_spaces: enclosure.map_or_else(Vec::new, |e| e.half_spaces.clone()),
             size: settings.size,
             half_pixel_size,
             growth,
@@ -75,6 +82,23 @@ impl ReferenceCamera {
             origin: [origin.x, origin.y, origin.z],
             direction: [direction.x, direction.y, direction.z],
         }
+    }
+
+    /// Returns the maximum length of a ray. One that falls towards a half space reaches it.
+    pub fn far(&self, ray: &ReferenceRay) -> f64 {
+        let vector = |[x, y, z]: [f64; 3]| V3::new(x, y, z);
+        let exits = self.half_spaces.iter().map(|&[x, y, z, offset]| {
+            camera::half_space_exit::<f64>(
+                vector(ray.origin),
+                vector(ray.direction),
+                V3::new(x, y, z),
+                offset,
+                f64::MAX,
+                self.far,
+                self.extended_far,
+            )
+        });
+        exits.fold(self.far, f64::max)
     }
 
     /// Returns the ratio of a ray's length to that of the central ray, up to the same plane across the view.

@@ -64,7 +64,6 @@ impl Engine for ReferenceEngine {
             shading: self.shading.scene()?,
             field: self.field()?,
             camera: ReferenceCamera::new(settings),
-            far: settings.far,
         };
         let job = prepare(settings, &proved_scene.facts());
         cpu::render_samples(&proved_scene, &job, samples, progress).ok_or(EngineError::Stopped)
@@ -94,7 +93,6 @@ struct ProvedScene<'a> {
     shading: &'a CpuScene,
     field: &'a ReferenceField,
     camera: ReferenceCamera,
-    far: f64,
 }
 
 impl RenderField for ProvedScene<'_> {
@@ -122,8 +120,7 @@ impl RenderField for ProvedScene<'_> {
         Box::new(ProvingEvaluator {
             shading: self.shading.evaluator(job, None),
             tracer: ReferenceTracer::new(self.field, &TraceOptions::default()),
-            camera: self.camera,
-            far: self.far,
+            camera: &self.camera,
         })
     }
 }
@@ -132,8 +129,7 @@ impl RenderField for ProvedScene<'_> {
 struct ProvingEvaluator<'a> {
     shading: Box<dyn Evaluator + 'a>,
     tracer: ReferenceTracer<'a>,
-    camera: ReferenceCamera,
-    far: f64,
+    camera: &'a ReferenceCamera,
 }
 
 impl Evaluator for ProvingEvaluator<'_> {
@@ -151,7 +147,7 @@ impl Evaluator for ProvingEvaluator<'_> {
                 .camera
                 .ray(pixel.map(f64::from), frame.offset.map(f64::from));
             let half_pixel = |t| self.camera.half_pixel(t);
-            let end = self.tracer.ray(&ray, self.far, half_pixel);
+            let end = self.tracer.ray(&ray, self.camera.far(&ray), half_pixel);
             *normal = self.tracer.shown_normal(&ray, &end).map(|v| v as f32);
             let start = f64::from(frame.approach) * self.camera.slant(&ray);
             *ray_record =

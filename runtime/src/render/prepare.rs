@@ -148,6 +148,9 @@ fn half_heights(lens: ResolvedLens) -> (f64, f64) {
 /// Stand-in for an infinite bound: far outside of any scene, with a square that is finite in `f32`.
 const INFINITE_BOUND: f64 = 1e18;
 
+/// Margin of boxes around what rays may meet, as a fraction of their size.
+const BOX_MARGIN: f64 = 1e-3;
+
 /// Least coordinate of the camera from which rounding is counted, as a fraction of the scene's size.
 const MIN_COORDINATE_FRACTION: f64 = 1e-3;
 
@@ -164,8 +167,7 @@ pub fn prepare(settings: &RenderSettings, facts: &FieldFacts) -> RenderJob {
     let start = start + growth * approach;
     let lighting = &settings.lighting;
     let (largest, least) = rounded_coordinates(axes.origin, start, settings, facts);
-    let bounds = facts.bounds.grown(1e-3 * finite_size(&facts.bounds));
-    let corner = |v: [f64; 3]| v.map(|x| x.clamp(-INFINITE_BOUND, INFINITE_BOUND) as f32);
+    let bounds = facts.bounds.grown(BOX_MARGIN * finite_size(&facts.bounds));
     let material = facts.material.unwrap_or_default();
     let count = lighting.lights.len() as u32;
     let lights: Vec<layout::LightRecord> = lighting
@@ -228,7 +230,7 @@ pub fn prepare(settings: &RenderSettings, facts: &FieldFacts) -> RenderJob {
         normal_taps: normals::first_tap(settings.normals) as u32,
         flags: flag(foggy, layout::FOG_FLAG) | flag(hemisphere, layout::HEMISPHERE_FLAG),
         least_rounding: (marching::ROUNDING_PER_UNIT * least) as f32,
-        ..layout::FrameUniforms::default()
+        ..enclosure_uniforms(settings)
     };
     let features = Features {
         mode: settings.mode,
@@ -263,6 +265,34 @@ pub fn prepare(settings: &RenderSettings, facts: &FieldFacts) -> RenderJob {
         uniforms: job.pass_uniforms(0),
         ..job
     }
+}
+
+fn corner(v: [f64; 3]) -> [f32; 3] {
+    v.map(|x| x.clamp(-INFINITE_BOUND, INFINITE_BOUND) as f32)
+}
+
+/// Returns uniforms with the enclosure of an endless scene, and zeros elsewhere.
+fn enclosure_uniforms(settings: &RenderSettings) -> layout::FrameUniforms {
+    let mut uniforms = layout::FrameUniforms {
+        extended_far: settings.extended_far.min(INFINITE_BOUND) as f32,
+        ..layout::FrameUniforms::default()
+    };
+    let Some(enclosure) = &settings.enclosure else {
+        return uniforms;
+    };
+    let finite = enclosure.finite;
+    if finite.is_finite() {
+        let finite = finite.grown(BOX_MARGIN * finite_size(&finite));
+        uniforms.finite_min = corner(finite.min);
+        uniforms.finite_max = corner(finite.max);
+    }
+    uniforms.solid_half_space_count = enclosure.solid_half_spaces as u32;
+    uniforms.solid_depth = enclosure.solid_depth as f32;
+    uniforms.half_space_count = enclosure.half_spaces.len() as u32;
+    for (plane, half_space) in uniforms.half_spaces.iter_mut().zip(&enclosure.half_spaces) {
+        *plane = half_space.map(|v| v as f32);
+    }
+    uniforms
 }
 
 /// Returns the distance from the camera at which rays start. Outside of a finite scene they start on a plane one

@@ -3,6 +3,7 @@
 use super::RenderJob;
 use sdfc_shaders::camera;
 use sdfc_shaders::layout::FrameUniforms;
+use sdfc_vm::real::Real;
 use sdfc_vm::vector::{V2, V3};
 
 /// The ray of a pixel.
@@ -29,10 +30,68 @@ pub(crate) fn ends_at_far(job: &RenderJob, f: &FrameUniforms, pixel: [f32; 2]) -
         return false;
     }
     let camera = camera_ray(f, pixel);
+    let bounds = bounds_segment(f, camera.origin, camera.direction);
+    let mut exit = [bounds.y];
+    limit_to_enclosure(f, |_| (camera.origin, camera.direction), &mut exit);
+    bounds.x <= exit[0] && exit[0] == f.far
+}
+
+/// Returns the distances along a ray at which it enters and leaves the bounds of the scene.
+#[inline(always)]
+pub(crate) fn bounds_segment(f: &FrameUniforms, origin: V3<f32>, direction: V3<f32>) -> V2<f32> {
     let (low, high) = (vector(f.bounds_min), vector(f.bounds_max));
-    let segment =
-        camera::intersect_box::<f32>(camera.origin, camera.direction, low, high, f32::MAX);
-    segment.x <= f.far && f.far < segment.y
+    let far = match f.half_space_count {
+        0 => f.far,
+        _ => f.extended_far,
+    };
+    camera::intersect_box::<f32>(origin, direction, low, high, far)
+}
+
+/// Maximum number of rays that are limited together.
+const MAX_RAYS: usize = 64;
+
+/// Ends rays where they leave the enclosure of an endless scene. `exits` are the distances at which they leave the bounds.
+#[inline(always)]
+pub(crate) fn limit_to_enclosure(
+    f: &FrameUniforms,
+    ray: impl Fn(usize) -> (V3<f32>, V3<f32>),
+    exits: &mut [f32],
+) {
+    if f.half_space_count == 0 {
+        return;
+    }
+    let (low, high) = (vector(f.finite_min), vector(f.finite_max));
+    let mut ends = [0.0; MAX_RAYS];
+    let mut least_exits = [0.0; MAX_RAYS];
+    for (i, end) in ends.iter_mut().enumerate().take(exits.len()) {
+        let (origin, direction) = ray(i);
+        let finite = camera::intersect_box::<f32>(origin, direction, low, high, f.far);
+        *end = if finite.x <= finite.y { finite.y } else { 0.0 };
+    }
+    let half_spaces = &f.half_spaces[..f.half_space_count as usize];
+    for (number, &[x, y, z, offset]) in half_spaces.iter().enumerate() {
+        let is_solid = number < f.solid_half_space_count as usize;
+        let solid_depth = if is_solid { f.solid_depth } else { f32::MAX };
+        for i in 0..exits.len() {
+            let (origin, direction) = ray(i);
+            let exit = camera::half_space_exit::<f32>(
+                origin,
+                direction,
+                V3::new(x, y, z),
+                offset,
+                solid_depth,
+                f.far,
+                f.extended_far,
+            );
+            ends[i] = Real::max(ends[i], exit);
+            least_exits[i] = Real::min(least_exits[i], exit);
+        }
+    }
+    for (i, exit) in exits.iter_mut().enumerate() {
+        // A ray that stays in a solid meets no surface.
+        let end = if least_exits[i] < 0.0 { -1.0 } else { ends[i] };
+        *exit = Real::min(*exit, end);
+    }
 }
 
 /// Returns the ray of a pixel.

@@ -424,6 +424,7 @@ mod tests {
         let extents = Extents {
             finite: Some(tower),
             finite_parts: vec![tower],
+            enclosure: None,
             endless: vec![everywhere.clone()],
         };
         assert!((9100.0..10_000.0).contains(&target.far(&extents, &view)));

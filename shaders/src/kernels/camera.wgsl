@@ -14,3 +14,25 @@ fn camera_ray_at(pixel: vec2f) -> CameraRay {
     let direction = interpolate_view(position, frame.forward, frame.forward_right, frame.forward_up);
     return CameraRay(origin, unit(direction), start_excess(offset, frame.approach));
 }
+
+// Returns the distances at which a ray enters and leaves the space in which it may meet a surface.
+fn camera_segment(camera: CameraRay) -> vec2f {
+    let origin = camera.origin;
+    let direction = camera.direction;
+    if frame.half_space_count == 0u {
+        return intersect_box(origin, direction, frame.bounds_min, frame.bounds_max, frame.far);
+    }
+    let bounds = intersect_box(origin, direction, frame.bounds_min, frame.bounds_max, frame.extended_far);
+    let finite = intersect_box(origin, direction, frame.finite_min, frame.finite_max, frame.far);
+    var end = select(0.0, finite.y, finite.x <= finite.y);
+    for (var i = 0u; i < frame.half_space_count; i++) {
+        let plane = frame.half_spaces[i];
+        let solid_depth = select(1e30, frame.solid_depth, i < frame.solid_half_space_count);
+        let exit = half_space_exit(
+            origin, direction, plane.xyz, plane.w, solid_depth, frame.far, frame.extended_far
+        );
+        if exit < 0.0 { return vec2f(bounds.x, exit); }
+        end = max(end, exit);
+    }
+    return vec2f(bounds.x, min(bounds.y, end));
+}

@@ -1,0 +1,88 @@
+//! Enclosures of endless solids: outside of them the field is positive, and deep in solid half spaces it is negative.
+
+use crate::corpus::{compiled, compiled_text, name, on_large_stack, scenes};
+use sdfc_compiler::compile::Compiled;
+use sdfc_compiler::passes::PassOptions;
+use sdfc_trials::random::Random;
+use sdfc_vm::evaluate::evaluate_f64;
+
+/// Number of points per scene.
+const POINTS: usize = 4000;
+/// Folders with endless scenes.
+const FOLDERS: [&str; 4] = [
+    "examples",
+    "tests/scenes",
+    "tests/hard",
+    "tests/strangers/games",
+];
+/// Floors and walls with blends, cuts, frames and copies.
+const TEXTS: [&str; 12] = [
+    "plane(Y, at: -1) | sphere(0.5)",
+    "plane(Y, at: -1) |[0.4] sphere(0.7)",
+    "plane(Y, at: -1) |[0.4] sphere(0.7) |[0.3] box(1).translate(1, 0, 0)",
+    "plane(Y, at: -1) |[fillet, 0.4] plane(X, at: -1)",
+    "plane(Y, at: -1) |[chamfer, 0.3] box(1)",
+    "union(plane(Y, at: -1), box(1), plane(-Y, at: -2), smooth: 0.2)",
+    "(plane(Y) & plane(X)).rotate(20deg, Z).translate(0, -1, 3) | sphere(1)",
+    "(plane([1, 2, 0], at: -3) - sphere(2).translate(-3, -1, 0)).scale(1.5) | torus(1, 0.2)",
+    "sphere(0.3).repeat([1, 0, 1]) | plane(Y, at: -0.2)",
+    "plane(Y, at: -1).displace(fn(p) => 0.1 * sin(p.x) * sin(p.z)) | box(0.5)",
+    "field(fn(p) => p.y + 0.2 * sin(p.x)) | cylinder(r: 0.3, h: 4)",
+    "(box(1) | plane(Y, at: -1)).offset(0.2) | plane(X, at: -4).scale([2, 1, 1])",
+];
+
+/// Returns a point at a random scale around the origin.
+fn random_point(random: &mut Random) -> [f64; 3] {
+    let size = 10_f64.powf(4.0 * random.unit() - 1.0);
+    [0, 1, 2].map(|_| size * (2.0 * random.unit() - 1.0))
+}
+
+/// Compares an enclosure with the field, and reports whether there is one.
+fn has_valid_enclosure(name: &str, compiled: &mut Compiled) -> bool {
+    compiled.update(0.0);
+    let module = &compiled.module;
+    let Some(enclosure) = module.settings.enclosure() else {
+        return false;
+    };
+    let mut random = Random::for_case(name);
+    for _ in 0..POINTS {
+        let p = random_point(&mut random);
+        let heights = enclosure
+            .half_spaces
+            .iter()
+            .map(|[x, y, z, offset]| p[0] * x + p[1] * y + p[2] * z + offset);
+        let heights: Vec<f64> = heights.collect();
+        let is_in_box = enclosure.finite.is_finite() && enclosure.finite.distance(p) <= 0.0;
+        let is_outside = !is_in_box && heights.iter().all(|height| *height > 0.0);
+        let value = evaluate_f64(&module.distance, p);
+        assert!(
+            !is_outside || value.is_nan() || value > 0.0,
+            "{name}: {value} at {p:?}, outside of {enclosure:?}"
+        );
+        let solid = &heights[..enclosure.solid_half_spaces];
+        let is_buried = solid.iter().any(|height| *height < -enclosure.solid_depth);
+        assert!(
+            !is_buried || value.is_nan() || value <= 0.0,
+            "{name}: {value} at {p:?}, inside of {enclosure:?}"
+        );
+    }
+    true
+}
+
+#[test]
+fn endless_solids_lie_in_their_enclosures() {
+    let mut found = 0;
+    for path in FOLDERS.iter().flat_map(|folder| scenes(folder)) {
+        let mut compiled = on_large_stack(|| compiled(&path, PassOptions::default()));
+        found += usize::from(has_valid_enclosure(&name(&path), &mut compiled));
+    }
+    assert!(found > 20, "{found}");
+}
+
+#[test]
+fn floors_with_blends_and_cuts_have_enclosures() {
+    for text in TEXTS {
+        let mut compiled = compiled_text(text, PassOptions::default());
+        assert!(has_valid_enclosure(text, &mut compiled), "{text}: none");
+    }
+}
