@@ -12,6 +12,7 @@ mod debug_views;
 pub(crate) mod engine;
 mod evaluator;
 mod leaf_bins;
+mod long_rays;
 mod march;
 mod morton;
 mod normal;
@@ -122,6 +123,10 @@ pub trait Evaluator {
     /// Evaluates the distances at points that all lie in one cell.
     fn distances_in_cell(&mut self, _cell: u32, points: &Points, count: usize, out: &mut F32x64) {
         self.distances(points, count, out);
+    }
+    /// Computes bounds of the distances in boxes. Returns `false` if none are available.
+    fn ranges(&mut self, _boxes: &AabbLanes, _count: usize, _out: &mut RangeLanes) -> bool {
+        false
     }
     /// Computes bounds of the distances in boxes that all lie in one cell. Returns `false` if none are
     /// available.

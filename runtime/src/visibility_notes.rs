@@ -166,7 +166,23 @@ fn nothing_visible_reason(module: &Module, settings: &RenderSettings) -> String 
             format_point(min_point)
         );
     }
+    let extent_text = format!(
+        "the scene lies between {} and {}",
+        format_point(bounds.min),
+        format_point(bounds.max)
+    );
     let view = &settings.view;
+    let from = DVec3::from(view.from);
+    let view_direction = DVec3::from(view.look) - from;
+    let is_ahead = |p: [f64; 3]| (DVec3::from(p) - from).dot(view_direction) > 0.0;
+    let looks_away = !bounds.corners().into_iter().any(is_ahead);
+    if !settings.is_2d && bounds.is_finite() && looks_away {
+        return format!(
+            "the camera at {} looks away, towards {}, and {extent_text}",
+            format_point(view.from),
+            format_point(view.look)
+        );
+    }
     let depth = min_visible_depth(min_point, view.from);
     if !settings.is_2d && f64::from(min_value) > -depth {
         return format!(
@@ -183,21 +199,6 @@ fn nothing_visible_reason(module: &Module, settings: &RenderSettings) -> String 
             format_point(view.from),
             format_point(view.look),
             format_point(min_point)
-        );
-    }
-    let extent_text = format!(
-        "the scene lies between {} and {}",
-        format_point(bounds.min),
-        format_point(bounds.max)
-    );
-    let from = DVec3::from(view.from);
-    let view_direction = DVec3::from(view.look) - from;
-    let is_ahead = |p: [f64; 3]| (DVec3::from(p) - from).dot(view_direction) > 0.0;
-    if !bounds.corners().into_iter().any(is_ahead) {
-        return format!(
-            "the camera at {} looks away, towards {}, and {extent_text}",
-            format_point(view.from),
-            format_point(view.look)
         );
     }
     let size = bounds.half_diagonal();

@@ -104,17 +104,18 @@ pub fn intersect_box<R: Real>(
 /// Least rate at which a ray falls that is extended to a half space: at a lesser one, rounding decides where it
 /// arrives.
 const MIN_EXTENDED_FALL: f64 = 1e-5;
+/// Placeholder for the depth of a half space that is nowhere known to be solid.
+pub const NO_SOLID_DEPTH: f64 = 1e30;
 /// Length of an extended ray, in distances to the half space.
 const EXTENDED_LENGTH: f64 = 1.5;
-/// Relative margin of the point at which a ray leaves a half space.
-const LEAVING_MARGIN: f64 = 1e-4;
 
-/// Returns the distance along a ray beyond which it does not meet a half space, or 0 if it meets none of it. Returns
-/// −1 if the ray never leaves its solid part.
+/// Returns the distance along a ray up to which it may meet the surface of a half space. It is 0 for none, and −1 if the
+/// ray never leaves the solid part.
 ///
-/// Rays end at `far`. Those that fall towards the half space go on until they are in it, up to `extended_far`.
-/// `offset` is the distance of the origin from the plane along its `normal`, which points out of the half space.
-/// From `solid_depth` on, the half space is solid.
+/// Rays end at `far`. Those that fall towards the half space go on until they are in its solid part, up to
+/// `extended_far`. If no solid part is known, they go on into the half space. `offset` is the distance of the origin from
+/// the plane along its `normal`, which points out of the half space. From `solid_depth` on, the half space is solid.
+/// [`NO_SOLID_DEPTH`] stands for none.
 #[inline(always)]
 pub fn half_space_exit<R: Real>(
     origin: R::Vec3,
@@ -127,24 +128,24 @@ pub fn half_space_exit<R: Real>(
 ) -> R {
     let height = (origin.dot(normal) + offset).named("height");
     let fall = -direction.dot(normal);
-    let tiny = lit::<R>(1e-12);
-    let crossing = (height.abs() / fall.abs().max(tiny)).named("crossing");
+    let inverse_fall = (lit::<R>(1.0) / fall.abs().max(lit(1e-12))).named("inverse_fall");
+    let crossing = (height.abs() * inverse_fall).named("crossing");
+    let is_solid = solid_depth.less(lit(NO_SOLID_DEPTH));
+    let drop = (height + R::select(is_solid, solid_depth, lit(0.0))).named("drop");
     let is_falling = lit::<R>(0.0).less(fall);
     let is_extended = R::and(
         lit::<R>(MIN_EXTENDED_FALL).less(fall),
         R::not(extended_far.less(crossing)),
     );
-    let extended = (crossing * lit(EXTENDED_LENGTH)).min(extended_far);
-    let arrival = R::select(
-        crossing.less(far),
-        far,
-        R::select(is_extended, extended, lit(0.0)),
-    );
+    let beyond_arrival = drop.abs() * inverse_fall * lit(EXTENDED_LENGTH);
+    let falling_far =
+        R::select(is_extended, beyond_arrival.min(extended_far).max(far), far).named("falling_far");
+    let arrives = R::or(is_extended, crossing.less(far));
+    let arrival = R::select(arrives, falling_far, lit(0.0));
     let above = R::select(is_falling, arrival, lit(0.0));
-    let leaving = (crossing * lit(1.0 + LEAVING_MARGIN)).min(far);
-    let stays = R::or(is_falling, R::not(leaving.less(far)));
+    let stays = R::or(is_falling, R::not(crossing.less(far)));
     let is_buried = R::and(height.less(-solid_depth), stays);
-    let inside = R::select(stays, far, leaving);
+    let inside = R::select(is_falling, falling_far, far);
     let inside_or_buried = R::select(is_buried, lit(-1.0), inside);
     R::select(lit::<R>(0.0).less(height), above, inside_or_buried)
 }

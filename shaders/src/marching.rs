@@ -548,7 +548,8 @@ pub fn rounding_near<R: Real>(point: R::Vec3, along: R, least: R) -> R {
 
 /// Returns 1 if a ray that ran out of steps is drawn as a hit, else 0.
 ///
-/// Such a ray is within a pixel of a surface, along which it creeps. Or the field falls to zero before `far`,
+/// Such a ray is within a pixel of a surface, along which it creeps. It is not parallel to it: then it never arrives,
+/// and the field stays the same. Or the field falls to zero before `far`,
 /// and the ray is near a surface or the field falls strictly linearly. The latter happens near the horizon of
 /// an endless plane. `half_pixel` is at least the threshold here.
 #[inline(always)]
@@ -561,7 +562,9 @@ pub fn accept_at_step_cap<R: Real>(
     half_pixel: R,
     far: R,
 ) -> R {
-    let is_beside = field.less(half_pixel * lit(MAX_ACCEPTED_HALF_PIXELS));
+    let is_parallel = R::not(lit::<R>(0.0).less((field - field_before).abs()));
+    let is_within_pixel = field.less(half_pixel * lit(MAX_ACCEPTED_HALF_PIXELS));
+    let is_beside = R::and(is_within_pixel, R::not(is_parallel));
     let is_near = field.less(half_pixel * lit(MAX_ACCEPTED_FALLING_HALF_PIXELS));
     let slope = ((field - field_before) / (t - t_before).max(lit(1e-30))).named("slope");
     let is_strictly_linear = (slope - trend.max(lit(-1.0)))

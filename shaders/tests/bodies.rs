@@ -1,6 +1,6 @@
 //! The functions of pictures, compared with closed forms, standards and physics.
 
-use sdfc_shaders::{camera, normals, occlusion, reflectance, shadow, sky, tone, views};
+use sdfc_shaders::{camera, marching, normals, occlusion, reflectance, shadow, sky, tone, views};
 use sdfc_trials::random::Random;
 use sdfc_vm::real::Vector3;
 use sdfc_vm::vector::{V2, V3};
@@ -69,13 +69,26 @@ fn rays_leave_half_spaces_where_they_should() {
     assert_eq!(exit(1.0, 0.6, 1e18), 0.0, "rises");
     assert_eq!(exit(1.0, 0.0, 1e18), 0.0, "is level");
     let late = exit(1.0, -0.001, 1e18);
-    assert!((1400.0..1600.0).contains(&late), "arrives late: {late}");
+    assert!((2200.0..2300.0).contains(&late), "arrives late: {late}");
+    let deep = exit(1.0, -0.0105, 1e18);
+    assert!((210.0..220.0).contains(&deep), "is in what is solid late: {deep}");
     assert_eq!(exit(1.0, -0.001, 100.0), 0.0, "would arrive too late");
-    let leaves = exit(-0.3, 0.6, 1e18);
-    assert!((0.5..0.501).contains(&leaves), "leaves: {leaves}");
+    assert_eq!(exit(-0.3, 0.6, 1e18), 100.0, "leaves");
     assert_eq!(exit(-0.3, -0.6, 1e18), 100.0, "goes deeper");
     assert_eq!(exit(-0.7, 0.0, 1e18), -1.0, "stays in what is solid");
     assert_eq!(exit(-0.7, 0.001, 1e18), -1.0, "leaves too late");
+}
+
+#[test]
+fn rays_out_of_steps_are_shown_where_they_approach_a_surface() {
+    // A field of 0.1 before, half a pixel of 1, and rays up to 100.
+    let shown = |field: f32, trend: f32| {
+        marching::accept_at_step_cap::<f32>(10.0, field, trend, 9.0, 0.1, 1.0, 100.0) > 0.0
+    };
+    assert!(shown(0.09, -0.01), "creeps towards it");
+    assert!(shown(0.11, 0.01), "creeps past a crest");
+    assert!(!shown(0.1, 0.0), "runs parallel to it");
+    assert!(!shown(2.5, 0.0), "is far from it");
 }
 
 #[test]

@@ -1,75 +1,226 @@
 //! A box and half spaces that together enclose an endless solid, by which rays end.
 
-use crate::analysis::bounds::ShapeBounds;
+use crate::analysis::bounds::{ShapeBounds, inverse};
+use crate::analysis::shape_range::ShapeRange;
 use crate::expression::ExprId;
 use crate::scene::{SceneRef, ShapeId, ShapeKind};
 use glam::DVec3;
 use sdfc_vm::bounds::Bounds;
+use sdfc_vm::interval::Interval;
 use sdfc_vm::row::{BoundsRule, SetOperation};
 use sdfc_vm::settings::{Enclosure, MAX_HALF_SPACES};
 use sdfc_vm::table::Op;
-use std::collections::HashSet;
+use std::collections::HashMap;
 
 /// Margin of a half space, as a fraction of the distance of its plane from the origin.
 const MARGIN_FRACTION: f64 = 1e-5;
+/// Least depth that is tried for the solid part of a half space, as a fraction of the distance of its plane.
+const MIN_SOLID_DEPTH: f64 = 1e-3;
+/// Number of depths that are tried, each twice the one before.
+const MAX_DOUBLINGS: u32 = 32;
+/// Maximum number of shapes that are looked at.
+const MAX_VISITS: usize = 4096;
 
-/// Returns an enclosure of a solid at the current values, or `None` if none is known.
+/// Returns an enclosure of a solid at the current values, or `None` if none is known. `unions` holds the unions that fields
+/// are equivalent to.
 ///
 /// Outside of it, each operand of the unions is proved to be positive, and a blend of them, too.
 pub(crate) fn enclosure(
     scene: SceneRef<'_>,
     boxes: &mut ShapeBounds,
     root: ShapeId,
+    unions: &HashMap<ShapeId, ShapeId>,
 ) -> Option<Enclosure> {
-    let mut finite = Bounds::EMPTY;
-    let (mut solid, mut others) = (Vec::new(), Vec::new());
-    let mut solid_depth = 0.0;
-    let mut visited = HashSet::new();
-    let mut pending = vec![(root, 0.0)];
-    while let Some((id, level)) = pending.pop() {
-        if !visited.insert((id, f64::to_bits(level))) {
-            continue;
+    let mut parts = vec![EnclosedPart::root(root)];
+    let mut found = FoundRegions::default();
+    let mut visits = 0;
+    while let Some(part) = parts.pop() {
+        visits += 1;
+        if visits > MAX_VISITS || found.solid.len() + found.others.len() > MAX_HALF_SPACES {
+            return None;
         }
-        match &scene.shapes[id.0 as usize].kind {
-            ShapeKind::Painted { child, .. } => pending.push((*child, level)),
+        match &scene.shapes[part.id.0 as usize].kind {
+            ShapeKind::Painted { child, .. } => parts.push(part.with_child(*child)),
             ShapeKind::Combine {
                 op,
                 children,
                 parameters,
             } if op.row().facts.set == Some(SetOperation::Union) => {
                 let [near, far] = union_levels(scene, boxes, *op, parameters, children)?;
-                for &child in children {
+                parts.extend(children.iter().map(|&child| {
                     let is_finite = boxes.get(scene, child).is_finite();
-                    pending.push((child, level + if is_finite { near } else { far }));
-                }
+                    part.with_child(child)
+                        .blended(if is_finite { near } else { far })
+                }));
             }
-            _ => {
-                let bounds = boxes.sublevel_bounds(scene, id, level);
-                if bounds.is_finite() {
-                    finite = finite.hull(&bounds);
-                } else if !bounds.is_empty() {
-                    let half_space = half_space(scene, boxes, id, level, &bounds)?;
-                    if is_half_space(scene, id) {
-                        solid_depth = f64::max(solid_depth, level);
-                        solid.push(half_space);
-                    } else {
-                        others.push(half_space);
-                    }
-                }
+            // The signs are the same, but not all values.
+            ShapeKind::Field { .. } if part.level == 0.0 && unions.contains_key(&part.id) => {
+                parts.push(part.with_child(unions[&part.id]));
             }
-        }
-        if solid.len() + others.len() > MAX_HALF_SPACES {
-            return None;
+            ShapeKind::Combine { op, children, .. }
+                if matches!(op.row().facts.bounds, BoundsRule::FirstOperand) =>
+            {
+                parts.push(part.with_child(children[0]).cut());
+            }
+            ShapeKind::Distance {
+                op: Op::Offset,
+                child,
+                parameters,
+            } => {
+                let by = boxes.number(scene, parameters[0]);
+                parts.push(part.with_child(*child).offset(by));
+            }
+            ShapeKind::Frame {
+                child,
+                matrix,
+                scale,
+            } if !boxes.get(scene, part.id).is_finite() => {
+                let matrix = matrix.map(|n| boxes.number(scene, n));
+                let scale = boxes.number(scene, *scale);
+                parts.push(part.with_child(*child).framed(&matrix, scale)?);
+            }
+            _ => found.add(scene, boxes, &part)?,
         }
     }
-    let solid_half_spaces = solid.len();
-    let half_spaces = [solid, others].concat();
-    (!half_spaces.is_empty()).then_some(Enclosure {
-        finite,
-        half_spaces,
-        solid_half_spaces,
-        solid_depth,
-    })
+    let solid_half_spaces = found.solid.len();
+    let half_spaces = [found.solid, found.others].concat();
+    (1..=MAX_HALF_SPACES)
+        .contains(&half_spaces.len())
+        .then_some(Enclosure {
+            finite: found.finite,
+            half_spaces,
+            solid_half_spaces,
+            solid_depth: found.solid_depth,
+        })
+}
+
+/// A shape, and a level that it does not exceed in its part of the solid.
+#[derive(Clone, Debug)]
+struct EnclosedPart {
+    id: ShapeId,
+    /// Upper bound of its values there, in its own units.
+    level: f64,
+    /// Share of the level that is due to blends.
+    blend_level: f64,
+    /// Set if something is cut from the shape.
+    is_cut: bool,
+    /// Map from points of the scene to those of the shape, if it is in frames: rows of three factors and a shift.
+    to_inner: Option<[f64; 12]>,
+}
+
+impl EnclosedPart {
+    fn root(id: ShapeId) -> Self {
+        Self {
+            id,
+            level: 0.0,
+            blend_level: 0.0,
+            is_cut: false,
+            to_inner: None,
+        }
+    }
+
+    fn with_child(&self, id: ShapeId) -> Self {
+        Self { id, ..self.clone() }
+    }
+
+    fn cut(self) -> Self {
+        let is_cut = true;
+        Self { is_cut, ..self }
+    }
+
+    fn offset(self, by: f64) -> Self {
+        let level = self.level + by;
+        Self { level, ..self }
+    }
+
+    fn blended(self, growth: f64) -> Self {
+        let blend_level = self.blend_level + growth;
+        Self {
+            blend_level,
+            ..self.offset(growth)
+        }
+    }
+
+    /// Returns the part in a frame of the child; `None` if the map is not regular.
+    fn framed(self, matrix: &[f64; 12], scale: f64) -> Option<Self> {
+        let to_inner = match &self.to_inner {
+            None => *matrix,
+            Some(outer) => std::array::from_fn(|i| {
+                let (row, column) = (i / 4, i % 4);
+                let sum: f64 = (0..3)
+                    .map(|k| matrix[4 * row + k] * outer[4 * k + column])
+                    .sum();
+                sum + if column == 3 { matrix[i] } else { 0.0 }
+            }),
+        };
+        (scale > 0.0).then_some(Self {
+            level: self.level / scale,
+            blend_level: self.blend_level / scale,
+            to_inner: Some(to_inner),
+            ..self
+        })
+    }
+
+    /// Returns a box of the scene around a box of the shape.
+    fn outer_box(&self, bounds: &Bounds) -> Option<Bounds> {
+        match &self.to_inner {
+            None => Some(*bounds),
+            Some(to_inner) => Some(bounds.mapped(&inverse(to_inner)?)),
+        }
+    }
+
+    /// Returns the function of points of the scene that is a linear function of points of the shape.
+    fn outer_plane(&self, [x, y, z, offset]: [f64; 4]) -> [f64; 4] {
+        let Some(m) = &self.to_inner else {
+            return [x, y, z, offset];
+        };
+        let column = |i: usize| x * m[i] + y * m[4 + i] + z * m[8 + i];
+        [column(0), column(1), column(2), column(3) + offset]
+    }
+}
+
+/// Regions found so far.
+struct FoundRegions {
+    finite: Bounds,
+    solid: Vec<[f64; 4]>,
+    others: Vec<[f64; 4]>,
+    solid_depth: f64,
+}
+
+impl Default for FoundRegions {
+    fn default() -> Self {
+        Self {
+            finite: Bounds::EMPTY,
+            solid: Vec::new(),
+            others: Vec::new(),
+            solid_depth: 0.0,
+        }
+    }
+}
+
+impl FoundRegions {
+    /// Adds a part; `None` if it is neither finite nor within a half space.
+    fn add(
+        &mut self,
+        scene: SceneRef<'_>,
+        boxes: &mut ShapeBounds,
+        part: &EnclosedPart,
+    ) -> Option<()> {
+        let bounds = part.outer_box(&boxes.sublevel_bounds(scene, part.id, part.level))?;
+        if bounds.is_finite() {
+            self.finite = self.finite.hull(&bounds);
+        } else if !bounds.is_empty() {
+            let (half_space, value_slope) = half_space(scene, boxes, part, &bounds)?;
+            match solid_depth(scene, boxes, part, (&half_space, value_slope)) {
+                Some(depth) => {
+                    self.solid_depth = self.solid_depth.max(depth);
+                    self.solid.push(half_space);
+                }
+                None => self.others.push(half_space),
+            }
+        }
+        Some(())
+    }
 }
 
 /// Returns levels for the operands of a union: for finite ones, and for endless ones. Where each operand is above its
@@ -102,16 +253,19 @@ fn union_levels(
     }
 }
 
-/// Returns a half space outside of which a shape's value exceeds `level`: below a plane of the shape, or beside its box.
+/// Returns a half space outside of which a part's value exceeds its level: below a plane of the shape, or beside its box.
+/// Returns the slope of the value towards the plane, too.
 fn half_space(
     scene: SceneRef<'_>,
     boxes: &mut ShapeBounds,
-    id: ShapeId,
-    level: f64,
+    part: &EnclosedPart,
     bounds: &Bounds,
-) -> Option<[f64; 4]> {
-    let (normal, offset) = match lower_plane(scene, boxes, id) {
-        Some([x, y, z, offset]) => (DVec3::new(x, y, z), offset - level),
+) -> Option<([f64; 4], f64)> {
+    let (normal, offset) = match lower_plane(scene, boxes, part.id) {
+        Some([x, y, z, offset]) => {
+            let [x, y, z, offset] = part.outer_plane([x, y, z, offset - part.level]);
+            (DVec3::new(x, y, z), offset)
+        }
         None => {
             let axes = [DVec3::X, DVec3::Y, DVec3::Z];
             let upper = (0..3).map(|axis| (axes[axis], -bounds.max[axis]));
@@ -119,10 +273,45 @@ fn half_space(
             upper.chain(lower).find(|(_, offset)| offset.is_finite())?
         }
     };
-    let offset = offset / normal.length();
-    let [x, y, z] = (normal / normal.length()).to_array();
+    let length = normal.length();
+    let offset = offset / length;
+    let [x, y, z] = (normal / length).to_array();
     let plane = [x, y, z, offset - offset.abs() * MARGIN_FRACTION];
-    plane.iter().all(|v| v.is_finite()).then_some(plane)
+    let is_finite = plane.iter().all(|v| v.is_finite());
+    is_finite.then_some((plane, length))
+}
+
+/// Returns the depth below the plane of a part's half space from which on it is solid, if intervals prove one.
+fn solid_depth(
+    scene: SceneRef<'_>,
+    boxes: &mut ShapeBounds,
+    part: &EnclosedPart,
+    (half_space, value_slope): (&[f64; 4], f64),
+) -> Option<f64> {
+    let margin = half_space[3].abs() * 2.0 * MARGIN_FRACTION;
+    if part.is_cut {
+        return None;
+    }
+    if is_half_space(scene, part.id) {
+        return Some(part.blend_level / value_slope + margin);
+    }
+    let axis = (0..3).find(|&axis| half_space[axis].abs() == 1.0)?;
+    if part.to_inner.is_some() {
+        return None;
+    }
+    let mut uniform = |id: ExprId| Interval::point(boxes.number(scene, id));
+    let mut range = ShapeRange::new(scene, &mut uniform);
+    let level = part.level - part.blend_level;
+    let depths = (0..MAX_DOUBLINGS)
+        .map(|k| (half_space[3].abs() + 1.0) * MIN_SOLID_DEPTH * f64::exp2(f64::from(k)));
+    depths.map(|depth| depth + margin).find(|depth| {
+        let mut region = Bounds::ALL_SPACE;
+        match half_space[axis] > 0.0 {
+            true => region.max[axis] = -half_space[3] - depth,
+            false => region.min[axis] = half_space[3] + depth,
+        }
+        range.range_in_box(part.id, &region).hi < level
+    })
 }
 
 /// Reports whether a shape is a half space in frames.

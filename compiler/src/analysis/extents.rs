@@ -28,16 +28,18 @@ pub(crate) struct SolidParts {
     subject: Option<ShapeId>,
     finite: Vec<ShapeId>,
     endless: Vec<ShapeId>,
+    /// Unions that fields are equivalent to, by field.
+    unions: HashMap<ShapeId, ShapeId>,
 }
 
 impl SolidParts {
-    /// Returns the parts of a solid. `subject` is what is finite of it. `unions` holds the unions that fields are equivalent to.
+    /// Returns the parts of a solid. `subject` is what is finite of it.
     pub(super) fn new(
         scene: SceneRef<'_>,
         boxes: &mut ShapeBounds,
         root: ShapeId,
         subject: Option<ShapeId>,
-        unions: &HashMap<ShapeId, ShapeId>,
+        unions: HashMap<ShapeId, ShapeId>,
     ) -> Self {
         let mut parts = Self {
             subject,
@@ -63,6 +65,7 @@ impl SolidParts {
                 _ => {}
             }
         }
+        parts.unions = unions;
         parts
     }
 }
@@ -94,7 +97,7 @@ pub(crate) fn extents(
         finite_parts: largest_boxes(finite_parts),
         enclosure: match all.is_finite() {
             true => None,
-            false => enclosure(scene, boxes, root),
+            false => enclosure(scene, boxes, root, &parts.unions),
         },
     }
 }

@@ -66,7 +66,7 @@ pub(crate) fn subject(
     });
     let unions = finder.into_unions();
     let finite_part = subject.map(|(part, _)| part);
-    let parts = SolidParts::new(SceneRef::from(&*scene), boxes, id, finite_part, &unions);
+    let parts = SolidParts::new(SceneRef::from(&*scene), boxes, id, finite_part, unions);
     (subject, parts)
 }
 

@@ -83,6 +83,25 @@ impl<'a> CpuEvaluator<'a> {
     }
 }
 
+impl CpuEvaluator<'_> {
+    /// Computes bounds of the distances in boxes on a tape that is valid there.
+    fn ranges_on_tape(
+        &mut self,
+        tape: &[Clause],
+        boxes: &AabbLanes,
+        count: usize,
+        out: &mut RangeLanes,
+    ) {
+        let full_tape = self.scene.tape;
+        let tape_evaluator = self
+            .range
+            .get_or_insert_with(|| TapeEvaluator::new(full_tape.values, full_tape.points));
+        self.work += step_work(tape, count, RANGE_WORK);
+        tape_evaluator.inputs_mut().clone_from(boxes);
+        out.clone_from(tape_evaluator.run(self.scene.distance, tape, count));
+    }
+}
+
 /// Tapes pruned for announced boxes.
 #[derive(Default)]
 struct PrunedTapes {
@@ -221,6 +240,16 @@ impl Evaluator for CpuEvaluator<'_> {
         out.clone_from(tape_evaluator.run(self.scene.distance, tape, count));
     }
 
+    fn ranges(&mut self, boxes: &AabbLanes, count: usize, out: &mut RangeLanes) -> bool {
+        // Without cells, rays take the same steps as on devices.
+        if !self.is_pruning {
+            return false;
+        }
+        let tape = &self.scene.tape.clauses;
+        self.ranges_on_tape(tape, boxes, count, out);
+        true
+    }
+
     fn ranges_in_cell(
         &mut self,
         cell: u32,
@@ -231,14 +260,7 @@ impl Evaluator for CpuEvaluator<'_> {
         let Some(cells) = self.cells else {
             return false;
         };
-        let full_tape = self.scene.tape;
-        let tape_evaluator = self
-            .range
-            .get_or_insert_with(|| TapeEvaluator::new(full_tape.values, full_tape.points));
-        let tape = cells.tape(cell);
-        self.work += step_work(tape, count, RANGE_WORK);
-        tape_evaluator.inputs_mut().clone_from(boxes);
-        out.clone_from(tape_evaluator.run(self.scene.distance, tape, count));
+        self.ranges_on_tape(cells.tape(cell), boxes, count, out);
         true
     }
 

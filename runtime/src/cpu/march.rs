@@ -32,6 +32,7 @@ pub(super) mod outcome {
     pub(in crate::cpu) fn status(outcome: f32) -> u32 {
         match outcome {
             HIT => Status::Hit as u32 | SHOWN,
+            ACTIVE => Status::Active as u32,
             EXITED => Status::Miss as u32,
             NEAR_SURFACE => Status::StepCap as u32 | SHOWN,
             NOT_A_NUMBER => Status::NotANumber as u32,
@@ -175,6 +176,10 @@ pub(super) struct March<'a> {
     pub(super) beams: &'a [Beam],
     pub(super) columns: u32,
     pub(super) width: u32,
+    /// Number of steps after which rays stay under way.
+    pub(super) max_steps: u32,
+    /// Set if rays continue from their stored states.
+    pub(super) are_under_way: bool,
 }
 
 impl RayTask for March<'_> {
@@ -192,26 +197,31 @@ impl RayTask for March<'_> {
         let beam = &self.beams[(y * self.columns + x) as usize];
         let start = Real::max(enter, beam.t);
         let ray = &mut self.rays[item as usize];
-        *ray = RayState {
-            t: start,
-            trend: -1.0,
-            t_before: start,
-            ..RayState::default()
-        };
-        if exit < start {
-            ray.status = Status::Miss as u32;
-            return false;
+        if !self.are_under_way {
+            *ray = RayState {
+                t: start,
+                trend: -1.0,
+                t_before: start,
+                ..RayState::default()
+            };
+            if exit < start {
+                ray.status = Status::Miss as u32;
+                return false;
+            }
         }
         set_lane_ray!(block, lane, origin, direction);
         block.exit_t.0[lane] = exit;
         block.t.0[lane] = ray.t;
-        block.field.0[lane] = 0.0;
-        block.step.0[lane] = 0.0;
+        block.field.0[lane] = ray.field;
+        block.step.0[lane] = ray.step;
         block.trend.0[lane] = ray.trend;
         block.t_before.0[lane] = ray.t_before;
-        block.field_before.0[lane] = 0.0;
-        block.side.0[lane] = 1.0;
-        block.steps.0[lane] = 0.0;
+        block.field_before.0[lane] = ray.field_before;
+        block.side.0[lane] = match ray.status & FROM_INSIDE {
+            0 => 1.0,
+            _ => -1.0,
+        };
+        block.steps.0[lane] = ray.steps as f32;
         true
     }
 
@@ -242,8 +252,9 @@ impl RayTask for March<'_> {
                 }
             });
         }
-        for (ended, &out) in ended.iter_mut().zip(&block.outcome.0) {
-            *ended = out != outcome::ACTIVE;
+        let max_steps = self.max_steps as f32;
+        for ((ended, &out), &steps) in ended.iter_mut().zip(&block.outcome.0).zip(&block.steps.0) {
+            *ended = (out != outcome::ACTIVE) | (steps >= max_steps);
         }
     }
 

@@ -3,7 +3,7 @@
 use super::beam::Beams;
 use super::camera_rays::camera_rays;
 use super::leaf_bins::{self, LeafBins};
-use super::march::March;
+use super::long_rays::LongRays;
 use super::packet::NO_LEAF;
 use super::plane_edges::PlanePicture;
 use super::ray_tasks::run_streamed;
@@ -166,7 +166,7 @@ impl Tile {
         items: &[u32],
         evaluator: &mut dyn Evaluator,
     ) -> u64 {
-        let mut task = March {
+        let rays = LongRays {
             frame,
             camera_rays: &self.camera_rays,
             rays: &mut self.rays,
@@ -174,7 +174,7 @@ impl Tile {
             columns: self.width.div_ceil(beam::BLOCK_SIDE),
             width: self.width,
         };
-        run_streamed(&mut task, evaluator, items)
+        rays.march(items, evaluator)
     }
 
     /// Marches the rays on that meet nothing in the cells and reach beyond them. Returns the number of evaluations.

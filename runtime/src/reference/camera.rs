@@ -4,6 +4,7 @@
 use crate::render::{Axes, RenderSettings, ResolvedLens};
 use glam::DVec3;
 use sdfc_shaders::camera;
+use sdfc_vm::settings::Enclosure;
 use sdfc_vm::vector::{V2, V3};
 
 /// A ray: the points `origin + t · direction`, for exactly these numbers.
@@ -28,7 +29,7 @@ pub struct ReferenceCamera {
     axes: Axes,
     far: f64,
     extended_far: f64,
-    half_spaces: Vec<[f64; 4]>,
+    enclosure: Option<Enclosure>,
     size: [u32; 2],
     half_pixel_size: f64,
     growth: f64,
@@ -44,12 +45,11 @@ impl ReferenceCamera {
             ResolvedLens::Perspective(_) => (0.0, across(axes.forward_up)),
             ResolvedLens::Orthographic(_) => (across(axes.origin_up), 0.0),
         };
-        let enclosure = settings.enclosure.as_ref();
         Self {
             axes,
             far: settings.far,
             extended_far: settings.extended_far,
-            half_spaces: enclosure.map_or_else(Vec::new, |e| e.half_spaces.clone()),
+            enclosure: settings.enclosure.clone(),
             size: settings.size,
             half_pixel_size,
             growth,
@@ -87,13 +87,20 @@ impl ReferenceCamera {
     /// Returns the maximum length of a ray. One that falls towards a half space reaches it.
     pub fn far(&self, ray: &ReferenceRay) -> f64 {
         let vector = |[x, y, z]: [f64; 3]| V3::new(x, y, z);
-        let exits = self.half_spaces.iter().map(|&[x, y, z, offset]| {
+        let Some(enclosure) = &self.enclosure else {
+            return self.far;
+        };
+        let half_spaces = enclosure.half_spaces.iter().enumerate();
+        let exits = half_spaces.map(|(number, &[x, y, z, offset])| {
             camera::half_space_exit::<f64>(
                 vector(ray.origin),
                 vector(ray.direction),
                 V3::new(x, y, z),
                 offset,
-                f64::MAX,
+                match number < enclosure.solid_half_spaces {
+                    true => enclosure.solid_depth,
+                    false => camera::NO_SOLID_DEPTH,
+                },
                 self.far,
                 self.extended_far,
             )

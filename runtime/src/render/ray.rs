@@ -71,7 +71,10 @@ pub(crate) fn limit_to_enclosure(
     let half_spaces = &f.half_spaces[..f.half_space_count as usize];
     for (number, &[x, y, z, offset]) in half_spaces.iter().enumerate() {
         let is_solid = number < f.solid_half_space_count as usize;
-        let solid_depth = if is_solid { f.solid_depth } else { f32::MAX };
+        let solid_depth = match is_solid {
+            true => f.solid_depth,
+            false => camera::NO_SOLID_DEPTH as f32,
+        };
         for i in 0..exits.len() {
             let (origin, direction) = ray(i);
             let exit = camera::half_space_exit::<f32>(
