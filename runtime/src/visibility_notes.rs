@@ -48,9 +48,18 @@ pub fn notes(module: &Module, settings: &RenderSettings, image: &Image) -> Vec<S
              cut a piece with `& box(…)`"
         ));
     } else if is_inside {
+        let advice = match is_in_half_space(settings, from) {
+            true => {
+                "A floor, a wall or a ceiling without an end is there: move the camera to its other side, or leave it \
+                 out of this view"
+            }
+            false => {
+                "Move it out; of a solid without an end, such as `!shape`, cut a piece with `& box(…)`; negate a field \
+                 that is positive inside"
+            }
+        };
         notes.push(format!(
-            "the camera is inside a solid: at {} the field is {}. Move it out; of a solid without an end, \
-             such as `!shape`, cut a piece with `& box(…)`; negate a field that is positive inside",
+            "the camera is inside a solid: at {} the field is {}. {advice}",
             format_point(from),
             format_number(f64::from(camera_field))
         ));
@@ -86,12 +95,28 @@ pub fn notes(module: &Module, settings: &RenderSettings, image: &Image) -> Vec<S
     notes
 }
 
+/// Reports whether a point is deep in one of the solid half spaces of an endless scene.
+fn is_in_half_space(settings: &RenderSettings, point: [f64; 3]) -> bool {
+    settings.enclosure.iter().any(|enclosure| {
+        let mut solid = enclosure.half_spaces[..enclosure.solid_half_spaces].iter();
+        solid.any(|&[x, y, z, offset]| {
+            let height = DVec3::from(point).dot(DVec3::new(x, y, z)) + offset;
+            height < -enclosure.solid_depth
+        })
+    })
+}
+
+/// Powers of ten by which sample points are scaled, where nothing says how large a solid is.
+const SAMPLE_SCALES: std::ops::Range<i32> = -2..6;
+
 /// Reports whether no point outside of the solid is known. Beyond a side of its box, all points are outside.
 fn is_everywhere_inside(module: &Module, is_2d: bool) -> bool {
     let bounds = &module.settings.bounds;
     let mut sides = bounds.min.into_iter().chain(bounds.max);
-    let mut samples = samples(module, bounds, is_2d);
-    sides.all(f64::is_infinite) && samples.all(|(value, _)| value < 0.0)
+    let mut values = samples(module, bounds, is_2d).flat_map(|(_, p)| {
+        SAMPLE_SCALES.map(move |power| field_at(module, p.map(|v| v * 10_f64.powi(power))))
+    });
+    sides.all(f64::is_infinite) && values.all(|value| value < 0.0)
 }
 
 /// Returns the height of an orthographic view.

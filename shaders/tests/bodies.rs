@@ -71,7 +71,10 @@ fn rays_leave_half_spaces_where_they_should() {
     let late = exit(1.0, -0.001, 1e18);
     assert!((2200.0..2300.0).contains(&late), "arrives late: {late}");
     let deep = exit(1.0, -0.0105, 1e18);
-    assert!((210.0..220.0).contains(&deep), "is in what is solid late: {deep}");
+    assert!(
+        (210.0..220.0).contains(&deep),
+        "is in what is solid late: {deep}"
+    );
     assert_eq!(exit(1.0, -0.001, 100.0), 0.0, "would arrive too late");
     assert_eq!(exit(-0.3, 0.6, 1e18), 100.0, "leaves");
     assert_eq!(exit(-0.3, -0.6, 1e18), 100.0, "goes deeper");

@@ -21,7 +21,7 @@ use crate::analysis::param_ranges::ParamRanges;
 use crate::expression::{ExprId, Expressions};
 use sdfc_vm::bounds::Bounds;
 use sdfc_vm::interval::Interval;
-use search::{SlopeSearch, SubBox};
+use search::{SlopeSearch, SubBox, contains};
 use std::collections::BinaryHeap;
 
 pub(crate) use discontinuities::{SlopeScope, has_discontinuities};
@@ -61,16 +61,17 @@ impl Default for Budget {
 }
 
 /// Returns a bound on the gradients, by the local point, of one number or of several together (the rows
-/// of a Jacobian). It is the Frobenius norm, which is at least the map's stretch. `None` if it is at
+/// of a Jacobian). `known` is a bound in a part of the region. It is the Frobenius norm, which is at least the map's stretch. `None` if it is at
 /// least [`MAX_SLOPE`], or too loose to march by ([`MAX_SLOPE_RATIO`]).
 pub(crate) fn slope_bound(
     expressions: &Expressions,
     numbers: &[ExprId],
     region: &Bounds,
+    known: Option<(Bounds, f64)>,
     ranges: &ParamRanges,
     budget: &mut Budget,
 ) -> Option<f64> {
-    let search = SlopeSearch::new(expressions, numbers, ranges);
+    let search = SlopeSearch::new(expressions, numbers, ranges).with_known(known);
     let (bound, search) = run_search(
         search,
         region,

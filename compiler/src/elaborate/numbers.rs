@@ -277,8 +277,11 @@ impl<'a> Elaborator<'a> {
         let mut diagnostic = Diagnostic::error(codes::E0302, sign, message)
             .label(left_span, a)
             .label(right_span, b);
-        if op == BinaryOp::Add && (left.is_shape() || right.is_shape()) {
+        let are_shapes = left.is_shape() && right.is_shape();
+        if op == BinaryOp::Add && are_shapes {
             diagnostic = diagnostic.fix(sign, "|", "the union of shapes is written `|`");
+        } else if op == BinaryOp::Add && left.is_shape() {
+            diagnostic = diagnostic.help("`.offset(-0.2)` takes 0.2 off a shape on all sides");
         } else if op == BinaryOp::Mul && left.is_shape() {
             diagnostic = diagnostic.help("write `.scale(factor)` to change a shape's size");
         } else if op == BinaryOp::Mul && right.is_shape() {

@@ -168,9 +168,17 @@ const POLES: &[&str] = &[
     "field(fn(p) => ln(2 * length(p)), within: 3)",
 ];
 
+/// Hills without an end, whose slopes fade far away.
+const HILLS: &[&str] = &[
+    "field(fn(p) => p.y - 3 * exp(-0.1 * dot(p.xz, p.xz)))",
+    "field(fn(p) => p.y - 3 / (1 + 0.1 * dot(p.xz, p.xz)))",
+    "field(fn(p) => p.y - 0.8 * exp(-p.x * p.x))",
+    "field(fn(p) => p.z - sin(p.x) * exp(-0.01 * p.y * p.y))",
+];
+
 #[test]
-fn poles_leave_a_proven_bound() {
-    for text in POLES {
+fn poles_and_hills_leave_a_proven_bound() {
+    for text in POLES.iter().chain(HILLS) {
         let (compiled, diagnostics) = compile(scene(text), &Options::default());
         assert!(compiled.is_some(), "{text}: {diagnostics:?}");
         assert!(diagnostics.is_empty(), "{text}: {diagnostics:?}");

@@ -187,7 +187,7 @@ fn distances_by_bounds(
     for end in [lo, negated] {
         let count = postorder(expressions, end, |_| false).len();
         let slope = match count <= MAX_PIECE_EXPRESSIONS {
-            true => slope_bound(expressions, &[end], region, ranges, budget),
+            true => slope_bound(expressions, &[end], region, None, ranges, budget),
             false => None,
         };
         if let Some(slope) = slope.filter(|slope| *slope > 0.0) {

@@ -1,7 +1,7 @@
 //! Nodes of the branch-and-bound search for slopes: parts of space together with parts of the ranges of
 //! parameters.
 
-use crate::analysis::box_eval::{BoxNumber, HeldBranches, UniformInput};
+use crate::analysis::box_eval::{AxisDependence, BoxNumber, HeldBranches, UniformInput};
 use crate::analysis::param_ranges::ParamRanges;
 use crate::expression::{ExprId, Expressions};
 use sdfc_vm::bounds::Bounds;
@@ -37,6 +37,8 @@ pub(super) struct SlopeSearch {
     max_square: f64,
     /// Values at which the slope matters.
     relevant_values: Interval,
+    /// Region in which a bound is known, and the square of that bound.
+    known: Option<(Bounds, f64)>,
 }
 
 impl SlopeSearch {
@@ -68,7 +70,14 @@ impl SlopeSearch {
             ranges: ranged.into_iter().map(|(_, range)| range).collect(),
             max_square: 0.0,
             relevant_values: Interval::ALL,
+            known: None,
         }
+    }
+
+    /// Returns the same search, with the bound in a part of space from an earlier search.
+    pub(super) fn with_known(self, known: Option<(Bounds, f64)>) -> Self {
+        let known = known.map(|(region, bound)| (region, bound * bound));
+        Self { known, ..self }
     }
 
     /// Returns the same search, with slopes that count only where all numbers are in a range.
@@ -97,9 +106,18 @@ impl SlopeSearch {
         evaluation * (1 + self.split_ranges.len())
     }
 
-    /// Returns the root node: this region, or one period of the numbers.
+    /// Returns the root node: this region, or one period of the numbers. Along an axis on which all numbers are linear, the
+    /// slope is the same everywhere.
     pub(super) fn root(&mut self, region: &Bounds) -> SubBox {
-        let dependence = self.box_numbers.iter().map(BoxNumber::axis_dependence);
+        let all_values_count = self.relevant_values == Interval::ALL;
+        let of_slope = |dependence: AxisDependence| match dependence {
+            AxisDependence::Linear(_) if all_values_count => AxisDependence::Independent,
+            other => other,
+        };
+        let dependence = self
+            .box_numbers
+            .iter()
+            .map(|number| number.axis_dependence().map(of_slope));
         let dependence =
             dependence.reduce(|a, b| std::array::from_fn(|axis| a[axis].with(b[axis])));
         let mut bounds = *region;
@@ -156,6 +174,8 @@ impl SlopeSearch {
     fn bounded_sub_box(&mut self, bounds: Bounds, ranges: Vec<Interval>, larger: f64) -> SubBox {
         let (lower, upper) = self.squared_slopes(&bounds, &ranges);
         self.max_square = self.max_square.max(lower);
+        let known = self.known.filter(|(region, _)| contains(region, &bounds));
+        let larger = known.map_or(larger, |(_, square)| square.min(larger));
         SubBox {
             upper: upper.min(larger),
             bounds,
@@ -254,6 +274,11 @@ impl SlopeSearch {
         }
         best
     }
+}
+
+/// Reports whether a box contains another one.
+pub(super) fn contains(outer: &Bounds, inner: &Bounds) -> bool {
+    (0..3).all(|axis| outer.min[axis] <= inner.min[axis] && inner.max[axis] <= outer.max[axis])
 }
 
 /// Returns the bound over both.

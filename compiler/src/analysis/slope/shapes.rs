@@ -7,7 +7,7 @@
 
 use super::region_bounds::RegionBounds;
 use super::{
-    Budget, CappedField, MAX_SLOPE_RATIO, SlopeScope, capped_field, estimated_slope,
+    Budget, CappedField, MAX_SLOPE_RATIO, SlopeScope, capped_field, contains, estimated_slope,
     has_discontinuities, pieces, slope_bound, steepest_sample, surface_slope,
 };
 use crate::analysis::bounds::ShapeBounds;
@@ -32,6 +32,8 @@ pub(crate) struct ShapeSlopes {
     constant_bounds: HashMap<ShapeId, f64>,
     /// Bounds of written numbers, by the corners of their region.
     number_bounds: HashMap<(Vec<ExprId>, [u64; 6]), Option<f64>>,
+    /// Largest region in which numbers have a bound, and that bound, by numbers.
+    largest_proved: HashMap<Vec<ExprId>, (Bounds, f64)>,
     /// Estimates of the same.
     estimates: HashMap<(Vec<ExprId>, [u64; 6]), f64>,
     /// Median slopes of numbers at their surface, by the corners of the shape's bounds.
@@ -82,6 +84,7 @@ impl ShapeSlopes {
             budget: Budget::default(),
             constant_bounds: HashMap::new(),
             number_bounds: HashMap::new(),
+            largest_proved: HashMap::new(),
             estimates: HashMap::new(),
             surface_slopes: HashMap::new(),
             is_regional: Vec::new(),
@@ -496,7 +499,9 @@ impl ShapeSlopes {
         }
         let sampled = self.sampled_region(region);
         let (ranges, budget) = (&self.ranges, &mut self.budget);
-        let bound = slope_bound(expressions, numbers, region, ranges, budget);
+        let known = self.largest_proved.get(numbers).copied();
+        let known = known.filter(|(known_region, _)| contains(region, known_region));
+        let bound = slope_bound(expressions, numbers, region, known, ranges, budget);
         let bound = bound.or_else(|| match numbers {
             &[number] if has_discontinuities(expressions, number) => pieces::continuous(
                 expressions,
@@ -509,6 +514,13 @@ impl ShapeSlopes {
             _ => None,
         });
         let bound = bound.map(|slope| slope.max(MIN_SLOPE));
+        if let Some(bound) = bound {
+            let entry = self.largest_proved.entry(numbers.to_vec());
+            let largest = entry.or_insert((*region, bound));
+            if contains(region, &largest.0) {
+                *largest = (*region, bound);
+            }
+        }
         self.number_bounds.insert(key, bound);
         bound
     }

@@ -164,6 +164,8 @@ impl<'a> Elaborator<'a> {
             let doubled = symbol.repeat(2);
             let text = format!("with conditions, write `{doubled}`");
             diagnostic = diagnostic.fix(link.op_span, doubled, text);
+        } else if matches!(value, Value::Number(_)) && link.op == BinaryOp::Sub {
+            diagnostic = diagnostic.help("`.offset(0.2)` adds 0.2 to a shape on all sides");
         } else {
             diagnostic = help_with_function(diagnostic, value);
         }
