@@ -28,12 +28,28 @@ pub(super) fn other_language(context: &ErrorContext<'_, '_>) -> Option<Mistake> 
         let Some(index) = context.relative_index(offset) else {
             continue;
         };
+        let span = context.span(offset);
+        let is_after_let = index > 0 && context.tokens[index - 1].1 == Token::Let;
+        if word == "mut"
+            && is_after_let
+            && matches!(context.token_at(offset + 1), Some(Token::Name(_)))
+        {
+            return Some(Mistake {
+                diagnostic: Diagnostic::error(
+                    codes::E0126,
+                    span,
+                    "names do not change, so there is no `mut`",
+                )
+                .help("introduce another name, or the same one again by `let`"),
+                index,
+                repair: Repair::RemoveStatement,
+            });
+        }
         if !context.starts_statement(index) {
             continue;
         }
         let is_followed_by_name = matches!(context.token_at(offset + 1), Some(Token::Name(_)));
         let second_next = context.token_at(offset + 2);
-        let span = context.span(offset);
         if FOREIGN_LET_WORDS.contains(&word)
             && is_followed_by_name
             && matches!(second_next, Some(Token::Assign | Token::Colon))
@@ -229,16 +245,22 @@ pub(super) fn missing(context: &ErrorContext<'_, '_>) -> Option<Mistake> {
             (Token::For, _) => Repair::RemoveStatement,
             _ => repair,
         };
+        let diagnostic = Diagnostic::error(
+            codes::E0115,
+            span,
+            format!("{subject} is followed by a name"),
+        )
+        .primary(match follows {
+            true => format!("{} is not a name", context.found_text()),
+            false => "a name is missing here".to_owned(),
+        });
         Mistake {
-            diagnostic: Diagnostic::error(
-                codes::E0115,
-                span,
-                format!("{subject} is followed by a name"),
-            )
-            .primary(match follows {
-                true => format!("{} is not a name", context.found_text()),
-                false => "a name is missing here".to_owned(),
-            }),
+            diagnostic: match keyword {
+                Token::For => diagnostic.help(
+                    "a loop is written `union(for i in 0..6 { sphere(1).translate(i, 0, 0) })`",
+                ),
+                _ => diagnostic,
+            },
             index: context.index,
             repair,
         }

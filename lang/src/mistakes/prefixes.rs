@@ -34,6 +34,24 @@ enum Meaning {
     Operator(&'static str),
 }
 
+impl Meaning {
+    /// Returns its use with other shapes.
+    fn example(self) -> &'static str {
+        match self {
+            Self::Method("rotate") => "(a | b - c).rotate(30deg, Z)",
+            Self::Method("scale") => "(a | b - c).scale(2)",
+            Self::Method("reflect") => "(a | b - c).reflect(X)",
+            Self::Method("color") => "(a | b - c).color(#c03020)",
+            Self::Method("extrude") => "(a | b - c).extrude(10)",
+            Self::Method("revolve") => "(a | b - c).revolve()",
+            Self::Method(_) => "(a | b - c).translate(1, 2, 3)",
+            Self::Operator(" -") => "a - b - c",
+            Self::Operator(" &") => "a & b & c",
+            Self::Operator(_) => "a | b | c",
+        }
+    }
+}
+
 /// A word with its arguments, before a shape.
 struct Prefix {
     meaning: Meaning,
@@ -106,7 +124,7 @@ pub(super) fn transform_first(context: &ErrorContext<'_, '_>) -> Option<Mistake>
             let text = format!("write `{}` between the shapes", operator.trim());
             diagnostic.fix_all(edits, text)
         }
-        (None, _) => diagnostic.help("write `(a | b - c).translate(1, 2, 3)`"),
+        (None, meaning) => diagnostic.help(format!("write `{}`", meaning.example())),
     };
     Some(Mistake {
         diagnostic,

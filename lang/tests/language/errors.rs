@@ -101,6 +101,8 @@ fn names() {
         "while (x < 3) { x }",
         "let a = if b { 1 } elif c { 2 } else { 3 };",
         "sphere(1).",
+        "let mut d = 1;\nsphere(d)",
+        "for (i = [0:5]) translate([i, 0, 0]) box(1);",
     ]));
 }
 
@@ -192,6 +194,7 @@ fn transforms_before_their_shapes() {
         "rotate(90, [0, 0, 1]) box(1);",
         "linear_extrude(5mm, circle(3mm)) circle(1);",
         "linear_extrude(height = 5) circle(1);",
+        "difference() {}",
     ]));
 }
 
