@@ -31,7 +31,7 @@ use crate::features::{Features, MAX_GENERIC_LIGHTS, Mode, Normals, Occlusion, Sh
 use crate::layout::{
     self, Beam, FrameUniforms, LightRecord, OcclusionState, RayState, ShadowRayState, Surface,
 };
-use crate::{beam, candidate, functions, marching, normals, shadow, views};
+use crate::{beam, camera, candidate, functions, marching, normals, shadow, views};
 use sdfc_vm::prelude;
 use std::collections::BTreeSet;
 use std::fmt::Write;
@@ -536,6 +536,7 @@ fn constants(features: &Features) -> Vec<(&'static str, String)> {
         ("END_MASK", word(marching::END_MASK)),
         ("FROM_INSIDE", word(marching::FROM_INSIDE)),
         ("SHOWN", word(marching::SHOWN)),
+        ("NEVER", format!("{:?}", camera::NEVER as f32)),
         ("BLOCK_SIDE", word(beam::BLOCK_SIDE)),
         ("COUNTS", word(views::COUNTS)),
         ("MAX_BEAM_STEPS", word(beam::MAX_STEPS)),

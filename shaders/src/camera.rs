@@ -150,6 +150,37 @@ pub fn half_space_exit<R: Real>(
     R::select(lit::<R>(0.0).less(height), above, inside_or_buried)
 }
 
+/// Distance that stands for never.
+pub const NEVER: f64 = 1e30;
+
+/// Returns the distance along a ray at which it enters a half space: 0 if it starts in it, [`NEVER`] if it does not enter.
+#[inline(always)]
+pub fn half_space_entry<R: Real>(
+    origin: R::Vec3,
+    direction: R::Vec3,
+    normal: R::Vec3,
+    offset: R,
+) -> R {
+    let height = (origin.dot(normal) + offset).named("height");
+    let fall = -direction.dot(normal);
+    let crossing = height / fall.max(lit(1e-12));
+    let is_falling = lit::<R>(1e-12).less(fall);
+    let entry = R::select(is_falling, crossing, lit(NEVER));
+    R::select(lit::<R>(0.0).less(height), entry, lit(0.0))
+}
+
+/// Fraction of the way to the first exact half space that a ray skips.
+const SKIPPED_FRACTION: f64 = 0.9;
+
+/// Returns the distance at which a ray begins: up to there, nothing is before it. It enters the crowded part of a scene at
+/// `crowd_enter`, and a floor or a wall at `plane_t`.
+#[inline(always)]
+pub fn free_start<R: Real>(crowd_enter: R, plane_t: R) -> R {
+    crowd_enter
+        .min(plane_t * lit(SKIPPED_FRACTION))
+        .max(lit(0.0))
+}
+
 /// Returns the distance along the ray to the plane through `centre` with the normal `forward`.
 #[inline(always)]
 pub fn intersect_plane<R: Real>(

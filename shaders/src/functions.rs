@@ -58,6 +58,8 @@ functions! {
     half_space_exit = camera::half_space_exit(
         origin, direction, normal, offset, solid_depth, far, extended_far
     );
+    half_space_entry = camera::half_space_entry(origin, direction, normal, offset);
+    free_start = camera::free_start(crowd_enter, plane_t);
     intersect_plane = camera::intersect_plane(origin, direction, centre, forward);
 
     distance_between = beam::distance_between(a, b);
@@ -72,7 +74,7 @@ functions! {
     );
     march_step = marching::march_step(
         t, field, step, trend, t_before, field_before, next_field, count, threshold, half_pixel,
-        relaxation, rounding, value_rounding, is_raw, t_exit, is_probe
+        relaxation, rounding, value_rounding, is_raw, t_exit, crowd_enter, crowd_exit, plane_t, is_probe
     ) -> MarchStep { t, field, step, trend, t_before, field_before, arrived };
     threshold = marching::threshold(t, half_pixel, threshold_fraction, rounding);
     rounding_at = marching::rounding_at(t, rounding);

@@ -161,12 +161,12 @@ shared! {
         half_spaces: HalfSpaces,
         /// Number of the first half spaces that are solid from that depth on.
         solid_half_space_count: u32,
+        /// Number of the first half spaces that are solid from their planes on.
+        exact_half_space_count: u32,
         /// Padding to a multiple of 16 bytes.
         reserved0: u32,
         /// Padding.
         reserved1: u32,
-        /// Padding.
-        reserved2: u32,
     }
 }
 

@@ -117,6 +117,8 @@ const MIN_STEP_HALF_PIXELS: f64 = 0.0625;
 /// Maximum distance to an estimated root, in halves of a pixel: four pixels. A longer line may lead through a
 /// wall, and is followed only where the field falls strictly linearly.
 const MAX_SECANT_HALF_PIXELS: f64 = 8.0;
+/// Number of steps after which a ray that falls strictly linearly goes far to a root, whatever may be in between.
+const FAR_STEPS: f64 = 256.0;
 /// Maximum step to a root of a field with unknown slopes without a sample halfway, in halves of a pixel.
 const MAX_RAW_SECANT_HALF_PIXELS: f64 = 4.0;
 /// Maximum relative difference between the last slope and the mean in a linear fall.
@@ -188,6 +190,9 @@ pub fn march_step<R: Real>(
     value_rounding: R,
     is_raw: R,
     t_exit: R,
+    crowd_enter: R,
+    crowd_exit: R,
+    plane_t: R,
     is_probe: R,
 ) -> Step<R> {
     let margin = (rounding * lit(MARGIN_ROUNDINGS)).named("margin");
@@ -230,7 +235,7 @@ pub fn march_step<R: Real>(
         rounding,
         value_rounding,
         is_raw,
-        t_exit,
+        (t_exit, [crowd_enter, crowd_exit, plane_t]),
     );
     // In a contact the root is at `t`, but for rounding.
     let contact_field = field.min(rounding * lit(-ROOT_ROUNDINGS));
@@ -269,7 +274,7 @@ fn sphere_step<R: Real>(
     rounding: R,
     value_rounding: R,
     is_raw: R,
-    t_exit: R,
+    (t_exit, crowd): (R, [R; 3]),
 ) -> Step<R> {
     let Step {
         t,
@@ -355,8 +360,11 @@ fn sphere_step<R: Real>(
         .abs()
         .less(slope * lit(-STRICT_LINEARITY_TOLERANCE));
     // A field that was divided by a bound may be far above its surface, and a wall in between.
-    let may_go_far = R::and(is_strictly_linear, R::not(is_raw));
-    let is_estimate_near = R::or(to_root.less(max_estimate), may_go_far);
+    let is_free = R::and(R::not(is_raw), is_way_free([new_t, to_root], crowd, count));
+    let is_estimate_near = R::or(
+        to_root.less(max_estimate),
+        R::and(is_strictly_linear, is_free),
+    );
     let start_value = R::select(
         is_strictly_linear,
         secant_start,
@@ -379,6 +387,21 @@ fn sphere_step<R: Real>(
         field_before: R::select(moves_bracket, field, field_before),
         arrived: R::select(R::and(advances, has_found), lit(1.0), lit(0.0)),
     }
+}
+
+/// Reports whether a ray may go from `new_t` to a root as far as `to_root`. Between the parts of a scene, only floors and walls without
+/// an end can be in the way. `crowd` is the start and the end of the parts, and the first of those planes.
+#[inline(always)]
+fn is_way_free<R: Real>(
+    [new_t, to_root]: [R; 2],
+    [crowd_enter, crowd_exit, plane_t]: [R; 3],
+    count: R,
+) -> R::Bool {
+    let root_t = (new_t + to_root).named("root_t");
+    let is_beside_crowd = R::or(crowd_exit.less(new_t), root_t.less(crowd_enter));
+    let is_behind_plane = (plane_t * lit(1.0 + OVERSHOOT_FRACTION)).less(root_t);
+    let is_late = R::not(count.less(lit(FAR_STEPS)));
+    R::or(is_late, R::and(is_beside_crowd, R::not(is_behind_plane)))
 }
 
 /// Returns 1 if a ray takes its next sample as a probe beside its last one, else 0.

@@ -80,6 +80,22 @@ fn rays_leave_half_spaces_where_they_should() {
     assert_eq!(exit(-0.3, -0.6, 1e18), 100.0, "goes deeper");
     assert_eq!(exit(-0.7, 0.0, 1e18), -1.0, "stays in what is solid");
     assert_eq!(exit(-0.7, 0.001, 1e18), -1.0, "leaves too late");
+    assert_eq!(exit(-0.7, 0.6, 1e18), 100.0, "leaves what is solid");
+}
+
+#[test]
+fn rays_enter_half_spaces_where_they_should() {
+    let entry = |height: f32, rise: f32| {
+        let direction = V3::new((1.0 - rise * rise).sqrt(), rise, 0.0);
+        let up = V3::new(0.0, 1.0, 0.0);
+        camera::half_space_entry::<f32>(V3::new(3.0, height, 0.0), direction, up, 0.0)
+    };
+    assert_eq!(entry(3.0, -0.6), 5.0, "falls");
+    assert_eq!(entry(-3.0, -0.6), 0.0, "starts in it");
+    assert!(entry(3.0, 0.6) > 1e20 && entry(3.0, 0.0) > 1e20, "never");
+    assert_eq!(camera::free_start::<f32>(7.0, 5.0), 4.5);
+    assert_eq!(camera::free_start::<f32>(2.0, 5.0), 2.0);
+    assert_eq!(camera::free_start::<f32>(-2.0, 5.0), 0.0);
 }
 
 #[test]

@@ -1,6 +1,6 @@
 //! Rays along lines through known fields: where they end, and their number of steps.
 
-use sdfc_shaders::marching;
+use sdfc_shaders::{camera, marching};
 use sdfc_trials::random::Random;
 use sdfc_vm::vector::V3;
 
@@ -46,6 +46,9 @@ impl Rays {
                 self.rounding,
                 self.is_raw,
                 1e9,
+                camera::NEVER as f32,
+                0.0,
+                camera::NEVER as f32,
                 0.0,
             );
             (t, value, step, trend) = (next.t, next.field, next.step, next.trend);
@@ -470,6 +473,9 @@ fn arrival(field: impl Fn(V3<f32>) -> f32, is_raw: f32) -> Option<f32> {
             marching::rounding_at::<f32>(t + step, rounding),
             is_raw,
             t_exit,
+            camera::NEVER as f32,
+            0.0,
+            camera::NEVER as f32,
             is_probe,
         );
         if ray.t > t_exit {

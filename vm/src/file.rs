@@ -358,7 +358,8 @@ fn check_bounds(settings: &Settings) -> Result<(), &'static str> {
         .flatten();
     let has_valid_counts = |enclosure: &Enclosure| {
         let count = enclosure.half_spaces.len();
-        count <= MAX_HALF_SPACES && enclosure.solid_half_spaces <= count
+        let solid = enclosure.solid_half_spaces;
+        count <= MAX_HALF_SPACES && solid <= count && enclosure.exact_half_spaces <= solid
     };
     if !enclosure.iter().all(has_valid_counts) {
         return Err("the numbers of its half spaces are wrong");

@@ -98,6 +98,8 @@ pub struct Enclosure {
     pub finite: Bounds,
     /// Planes of the half spaces: the normal of length one, which points out of it, and the distance of the origin.
     pub half_spaces: Vec<[f64; 4]>,
+    /// Number of the first half spaces that are solid from their planes on.
+    pub exact_half_spaces: usize,
     /// Number of the first half spaces that are solid, but for the part near their planes.
     pub solid_half_spaces: usize,
     /// Depth from which on these are solid.

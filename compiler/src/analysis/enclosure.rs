@@ -36,7 +36,7 @@ pub(crate) fn enclosure(
     let mut visits = 0;
     while let Some(part) = parts.pop() {
         visits += 1;
-        if visits > MAX_VISITS || found.solid.len() + found.others.len() > MAX_HALF_SPACES {
+        if visits > MAX_VISITS || found.count() > MAX_HALF_SPACES {
             return None;
         }
         match &scene.shapes[part.id.0 as usize].kind {
@@ -82,13 +82,15 @@ pub(crate) fn enclosure(
             _ => found.add(scene, boxes, &part)?,
         }
     }
-    let solid_half_spaces = found.solid.len();
-    let half_spaces = [found.solid, found.others].concat();
+    let exact_half_spaces = found.exact.len();
+    let solid_half_spaces = exact_half_spaces + found.solid.len();
+    let half_spaces = [found.exact, found.solid, found.others].concat();
     (1..=MAX_HALF_SPACES)
         .contains(&half_spaces.len())
         .then_some(Enclosure {
             finite: found.finite,
             half_spaces,
+            exact_half_spaces,
             solid_half_spaces,
             solid_depth: found.solid_depth,
         })
@@ -182,6 +184,7 @@ impl EnclosedPart {
 /// Regions found so far.
 struct FoundRegions {
     finite: Bounds,
+    exact: Vec<[f64; 4]>,
     solid: Vec<[f64; 4]>,
     others: Vec<[f64; 4]>,
     solid_depth: f64,
@@ -191,6 +194,7 @@ impl Default for FoundRegions {
     fn default() -> Self {
         Self {
             finite: Bounds::EMPTY,
+            exact: Vec::new(),
             solid: Vec::new(),
             others: Vec::new(),
             solid_depth: 0.0,
@@ -199,6 +203,11 @@ impl Default for FoundRegions {
 }
 
 impl FoundRegions {
+    /// Returns the number of half spaces.
+    fn count(&self) -> usize {
+        self.exact.len() + self.solid.len() + self.others.len()
+    }
+
     /// Adds a part; `None` if it is neither finite nor within a half space.
     fn add(
         &mut self,
@@ -214,7 +223,10 @@ impl FoundRegions {
             match solid_depth(scene, boxes, part, (&half_space, value_slope)) {
                 Some(depth) => {
                     self.solid_depth = self.solid_depth.max(depth);
-                    self.solid.push(half_space);
+                    match part.blend_level == 0.0 && is_half_space(scene, part.id) {
+                        true => self.exact.push(half_space),
+                        false => self.solid.push(half_space),
+                    }
                 }
                 None => self.others.push(half_space),
             }

@@ -29,21 +29,8 @@ pub(super) fn other_language(context: &ErrorContext<'_, '_>) -> Option<Mistake> 
             continue;
         };
         let span = context.span(offset);
-        let is_after_let = index > 0 && context.tokens[index - 1].1 == Token::Let;
-        if word == "mut"
-            && is_after_let
-            && matches!(context.token_at(offset + 1), Some(Token::Name(_)))
-        {
-            return Some(Mistake {
-                diagnostic: Diagnostic::error(
-                    codes::E0126,
-                    span,
-                    "names do not change, so there is no `mut`",
-                )
-                .help("introduce another name, or the same one again by `let`"),
-                index,
-                repair: Repair::RemoveStatement,
-            });
+        if let Some(mistake) = mutable_name(context, offset, index) {
+            return Some(mistake);
         }
         if !context.starts_statement(index) {
             continue;
@@ -264,6 +251,23 @@ pub(super) fn missing(context: &ErrorContext<'_, '_>) -> Option<Mistake> {
             index: context.index,
             repair,
         }
+    })
+}
+
+/// Explains `let mut x = 1;`.
+fn mutable_name(context: &ErrorContext<'_, '_>, offset: isize, index: usize) -> Option<Mistake> {
+    let is_after_let = index > 0 && context.tokens[index - 1].1 == Token::Let;
+    let is_before_name = matches!(context.token_at(offset + 1), Some(Token::Name(_)));
+    let applies = context.token_at(offset) == Some(Token::Name("mut"));
+    (applies && is_after_let && is_before_name).then(|| Mistake {
+        diagnostic: Diagnostic::error(
+            codes::E0126,
+            context.span(offset),
+            "names do not change, so there is no `mut`",
+        )
+        .help("introduce another name, or the same one again by `let`"),
+        index,
+        repair: Repair::RemoveStatement,
     })
 }
 

@@ -2,7 +2,7 @@
 
 use super::LANES;
 use super::ray_tasks::{lane_ray, lanes, set_lane_ray};
-use crate::render::ray::{PixelRay, bounds_segment, camera_ray, limit_to_enclosure};
+use crate::render::ray::{PixelRay, camera_ray, segments};
 use sdfc_shaders::layout::FrameUniforms;
 use sdfc_vm::multiversion;
 use sdfc_vm::vector::V3;
@@ -10,7 +10,7 @@ use sdfc_vm::vector::V3;
 lanes! {
     /// Rays of 64 pixels.
     CameraLanes {
-        origin_x, origin_y, origin_z, direction_x, direction_y, direction_z, start_offset, enter, exit,
+        origin_x, origin_y, origin_z, direction_x, direction_y, direction_z, start_offset,
     }
 }
 
@@ -24,6 +24,10 @@ pub(super) struct CameraRay {
     /// Distances at which it enters and leaves the scene's bounds. It misses them if `exit < enter`.
     pub(super) enter: f32,
     pub(super) exit: f32,
+    /// Start and end of the parts of the scene other than exact half spaces.
+    pub(super) crowd: [f32; 2],
+    /// Entry into the first exact half space.
+    pub(super) plane_t: f32,
 }
 
 multiversion! {
@@ -46,24 +50,20 @@ fn camera_rays_body(frame: &FrameUniforms, pixels: &[[f32; 2]], rays: &mut Vec<C
                 direction,
                 start_offset,
             } = camera_ray(frame, pixel);
-            let bounds = bounds_segment(frame, origin, direction);
             set_lane_ray!(block, lane, origin, direction);
             block.start_offset.0[lane] = start_offset;
-            block.enter.0[lane] = bounds.x;
-            block.exit.0[lane] = bounds.y;
         }
-        let mut exits = block.exit;
-        let ray = |lane: usize| lane_ray!(block, lane);
-        limit_to_enclosure(frame, ray, &mut exits.0[..pixels.len()]);
-        block.exit = exits;
+        let segments = segments::<LANES>(frame, pixels.len(), |lane| lane_ray!(block, lane));
         rays.extend((0..pixels.len()).map(|lane| {
             let (origin, direction) = lane_ray!(block, lane);
             CameraRay {
                 origin,
                 direction,
                 start_offset: block.start_offset.0[lane],
-                enter: block.enter.0[lane],
-                exit: block.exit.0[lane],
+                enter: segments.enter[lane],
+                exit: segments.exit[lane],
+                crowd: [segments.crowd_enter[lane], segments.crowd_exit[lane]],
+                plane_t: segments.plane_t[lane],
             }
         }));
     }

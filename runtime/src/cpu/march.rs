@@ -12,7 +12,7 @@ use sdfc_vm::real::Real;
 lanes! {
     /// Rays under way.
     MarchLanes {
-        origin_x, origin_y, origin_z, direction_x, direction_y, direction_z, exit_t,
+        origin_x, origin_y, origin_z, direction_x, direction_y, direction_z, exit_t, crowd_enter, crowd_exit, plane_t,
         t, field, step, trend, t_before, field_before, side, steps, outcome,
     }
 }
@@ -92,7 +92,7 @@ pub(super) use next_point;
 /// computes the outcome from the next state and the outcome by the number of steps.
 macro_rules! step_lane {
     (
-        $frame:expr, $choice:ident, $block:ident, $i:ident, $distance:expr, $factor:expr,
+        $frame:expr, $choice:ident, $block:ident, $i:ident, $distance:expr, $factor:expr, $crowd:expr,
         |$next:ident, $out:ident| $decide:expr
     ) => {{
         let distance: f32 = $distance;
@@ -126,6 +126,9 @@ macro_rules! step_lane {
             value_rounding,
             $frame.is_raw,
             $block.exit_t.0[$i],
+            $crowd[0],
+            $crowd[1],
+            $crowd[2],
             takes_probe!($frame, $block, $i),
         );
         let is_near_surface = marching::accept_at_step_cap(
@@ -191,6 +194,8 @@ impl RayTask for March<'_> {
             direction,
             enter,
             exit,
+            crowd,
+            plane_t,
             ..
         } = self.camera_rays[item as usize];
         let [x, y] = [item % self.width, item / self.width].map(|pixel| pixel / beam::BLOCK_SIDE);
@@ -211,6 +216,8 @@ impl RayTask for March<'_> {
         }
         set_lane_ray!(block, lane, origin, direction);
         block.exit_t.0[lane] = exit;
+        [block.crowd_enter.0[lane], block.crowd_exit.0[lane]] = crowd;
+        block.plane_t.0[lane] = plane_t;
         block.t.0[lane] = ray.t;
         block.field.0[lane] = ray.field;
         block.step.0[lane] = ray.step;
@@ -239,18 +246,32 @@ impl RayTask for March<'_> {
         let frame = self.frame;
         let choice = ColumnChoice::new();
         for i in 0..LANES {
-            step_lane!(frame, choice, block, i, values.0[i], 1.0, |next, out| {
-                let out = if next.arrived > 0.0 {
-                    outcome::HIT
-                } else {
-                    out
-                };
-                if next.t > block.exit_t.0[i] {
-                    outcome::EXITED
-                } else {
-                    out
+            let crowd = [
+                block.crowd_enter.0[i],
+                block.crowd_exit.0[i],
+                block.plane_t.0[i],
+            ];
+            step_lane!(
+                frame,
+                choice,
+                block,
+                i,
+                values.0[i],
+                1.0,
+                crowd,
+                |next, out| {
+                    let out = if next.arrived > 0.0 {
+                        outcome::HIT
+                    } else {
+                        out
+                    };
+                    if next.t > block.exit_t.0[i] {
+                        outcome::EXITED
+                    } else {
+                        out
+                    }
                 }
-            });
+            );
         }
         let max_steps = self.max_steps as f32;
         for ((ended, &out), &steps) in ended.iter_mut().zip(&block.outcome.0).zip(&block.steps.0) {

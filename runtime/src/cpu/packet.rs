@@ -42,6 +42,9 @@ use sdfc_vm::real::Real;
 use sdfc_vm::vector::V3;
 use segments::{leave_segments, segment_boxes};
 
+/// Placeholder for the crowded part of a ray: a leaf is small.
+const NO_CROWD: [f32; 3] = [camera::NEVER as f32, 0.0, camera::NEVER as f32];
+
 /// Marks a ray that ended in no leaf.
 pub(super) const NO_LEAF: u32 = u32::MAX;
 
@@ -587,6 +590,7 @@ fn advance_body(
             i,
             values.0[i],
             1.0 / slope,
+            NO_CROWD,
             |next, out| {
                 let remaining = block.exit_t.0[i] - next.t;
                 let decrease_max = block.decrease_max.0[i] / slope;

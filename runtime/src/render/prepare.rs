@@ -286,6 +286,7 @@ fn enclosure_uniforms(settings: &RenderSettings) -> layout::FrameUniforms {
         uniforms.finite_min = corner(finite.min);
         uniforms.finite_max = corner(finite.max);
     }
+    uniforms.exact_half_space_count = enclosure.exact_half_spaces as u32;
     uniforms.solid_half_space_count = enclosure.solid_half_spaces as u32;
     uniforms.solid_depth = enclosure.solid_depth as f32;
     uniforms.half_space_count = enclosure.half_spaces.len() as u32;

@@ -30,57 +30,88 @@ pub(crate) fn ends_at_far(job: &RenderJob, f: &FrameUniforms, pixel: [f32; 2]) -
         return false;
     }
     let camera = camera_ray(f, pixel);
-    let bounds = bounds_segment(f, camera.origin, camera.direction);
-    let mut exit = [bounds.y];
-    limit_to_enclosure(f, |_| (camera.origin, camera.direction), &mut exit);
-    bounds.x <= exit[0] && exit[0] == f.far
+    let segment = segments::<1>(f, 1, |_| (camera.origin, camera.direction));
+    segment.enter[0] <= segment.exit[0] && segment.exit[0] == f.far
 }
 
-/// Returns the distances along a ray at which it enters and leaves the bounds of the scene.
+/// Parts of rays on which they may meet surfaces.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Segments<const N: usize> {
+    pub(crate) enter: [f32; N],
+    /// The ray meets nothing if this is less than `enter`.
+    pub(crate) exit: [f32; N],
+    /// Start of the parts of the scene other than exact half spaces.
+    pub(crate) crowd_enter: [f32; N],
+    /// Their end.
+    pub(crate) crowd_exit: [f32; N],
+    /// Entry into the first exact half space.
+    pub(crate) plane_t: [f32; N],
+}
+
+/// Returns the parts of the first `count` rays on which they may meet surfaces.
 #[inline(always)]
-pub(crate) fn bounds_segment(f: &FrameUniforms, origin: V3<f32>, direction: V3<f32>) -> V2<f32> {
-    let (low, high) = (vector(f.bounds_min), vector(f.bounds_max));
+pub(crate) fn segments<const N: usize>(
+    f: &FrameUniforms,
+    count: usize,
+    ray: impl Fn(usize) -> (V3<f32>, V3<f32>),
+) -> Segments<N> {
+    let never = camera::NEVER as f32;
+    let mut segments = Segments {
+        enter: [0.0; N],
+        exit: [0.0; N],
+        crowd_enter: [0.0; N],
+        crowd_exit: [never; N],
+        plane_t: [never; N],
+    };
     let far = match f.half_space_count {
         0 => f.far,
         _ => f.extended_far,
     };
-    camera::intersect_box::<f32>(origin, direction, low, high, far)
+    for i in 0..count {
+        let (origin, direction) = ray(i);
+        let (low, high) = (vector(f.bounds_min), vector(f.bounds_max));
+        let bounds = camera::intersect_box::<f32>(origin, direction, low, high, far);
+        segments.enter[i] = bounds.x;
+        segments.exit[i] = bounds.y;
+    }
+    if f.half_space_count > 0 {
+        limit_to_enclosure(f, count, ray, &mut segments);
+    }
+    segments
 }
 
-/// Maximum number of rays that are limited together.
-const MAX_RAYS: usize = 64;
-
-/// Ends rays where they leave the enclosure of an endless scene. `exits` are the distances at which they leave the bounds.
+/// Limits rays to the enclosure of an endless scene.
 #[inline(always)]
-pub(crate) fn limit_to_enclosure(
+fn limit_to_enclosure<const N: usize>(
     f: &FrameUniforms,
+    count: usize,
     ray: impl Fn(usize) -> (V3<f32>, V3<f32>),
-    exits: &mut [f32],
+    segments: &mut Segments<N>,
 ) {
-    if f.half_space_count == 0 {
-        return;
-    }
+    let never = camera::NEVER as f32;
     let (low, high) = (vector(f.finite_min), vector(f.finite_max));
-    let mut ends = [0.0; MAX_RAYS];
-    let mut least_exits = [0.0; MAX_RAYS];
-    for (i, end) in ends.iter_mut().enumerate().take(exits.len()) {
+    let mut ends = [0.0; N];
+    let mut least_exits = [0.0; N];
+    for (i, end) in ends.iter_mut().enumerate().take(count) {
         let (origin, direction) = ray(i);
         let finite = camera::intersect_box::<f32>(origin, direction, low, high, f.far);
-        *end = if finite.x <= finite.y { finite.y } else { 0.0 };
+        let is_met = finite.x <= finite.y;
+        *end = if is_met { finite.y } else { 0.0 };
+        segments.crowd_enter[i] = if is_met { finite.x } else { never };
+        segments.crowd_exit[i] = *end;
     }
     let half_spaces = &f.half_spaces[..f.half_space_count as usize];
     for (number, &[x, y, z, offset]) in half_spaces.iter().enumerate() {
+        let normal = V3::new(x, y, z);
+        let is_exact = number < f.exact_half_space_count as usize;
         let is_solid = number < f.solid_half_space_count as usize;
-        let solid_depth = match is_solid {
-            true => f.solid_depth,
-            false => camera::NO_SOLID_DEPTH as f32,
-        };
-        for i in 0..exits.len() {
+        let solid_depth = if is_solid { f.solid_depth } else { never };
+        for i in 0..count {
             let (origin, direction) = ray(i);
             let exit = camera::half_space_exit::<f32>(
                 origin,
                 direction,
-                V3::new(x, y, z),
+                normal,
                 offset,
                 solid_depth,
                 f.far,
@@ -88,12 +119,21 @@ pub(crate) fn limit_to_enclosure(
             );
             ends[i] = Real::max(ends[i], exit);
             least_exits[i] = Real::min(least_exits[i], exit);
+            let entry = camera::half_space_entry::<f32>(origin, direction, normal, offset);
+            if is_exact {
+                segments.plane_t[i] = Real::min(segments.plane_t[i], entry);
+            } else {
+                segments.crowd_enter[i] = Real::min(segments.crowd_enter[i], entry);
+                segments.crowd_exit[i] = Real::max(segments.crowd_exit[i], exit);
+            }
         }
     }
-    for (i, exit) in exits.iter_mut().enumerate() {
+    for i in 0..count {
+        let start = camera::free_start::<f32>(segments.crowd_enter[i], segments.plane_t[i]);
+        segments.enter[i] = Real::max(segments.enter[i], start);
         // A ray that stays in a solid meets no surface.
         let end = if least_exits[i] < 0.0 { -1.0 } else { ends[i] };
-        *exit = Real::min(*exit, end);
+        segments.exit[i] = Real::min(segments.exit[i], end);
     }
 }
 

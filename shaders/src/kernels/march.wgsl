@@ -18,8 +18,8 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
     let segment = camera_segment(camera);
     var ray = rays[item.index];
     if listed == 0u {
-        let start = max(segment.x, beams[k / 64u].t);
-        let status = select(ACTIVE, MISS, segment.y < start);
+        let start = max(segment.enter, beams[k / 64u].t);
+        let status = select(ACTIVE, MISS, segment.exit < start);
         ray = RayState(start, 0.0, 0.0, -1.0, start, 0.0, status, 0u);
     }
     let budget = evaluation_budget();
@@ -48,7 +48,7 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
         let next = march_step(
             ray.t, ray.field, ray.step, ray.trend, ray.t_before, ray.field_before, next_field,
             f32(ray.steps), march_threshold, half, frame.relaxation, rounding, value_rounding, frame.is_raw,
-            segment.y, is_probe
+            segment.exit, segment.crowd_enter, segment.crowd_exit, segment.plane_t, is_probe
         );
         ray.t = next.t;
         ray.field = next.field;
@@ -56,14 +56,14 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
         ray.trend = next.trend;
         ray.t_before = next.t_before;
         ray.field_before = next.field_before;
-        if next.t > segment.y {
+        if next.t > segment.exit {
             ray.status |= MISS;
         } else if next.arrived > 0.0 {
             ray.status |= HIT | SHOWN;
         } else if ray.steps >= frame.max_steps {
             let accepted = accept_at_step_cap(
                 next.t, next.field, next.trend, next.t_before, next.field_before,
-                max(half, march_threshold), segment.y
+                max(half, march_threshold), segment.exit
             );
             ray.status |= STEP_CAP | select(0u, SHOWN, accepted > 0.0);
         }
