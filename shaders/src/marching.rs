@@ -353,12 +353,8 @@ fn sphere_step<R: Real>(
     );
     let is_close = new_field.less(short_step);
     let regular_step = R::select(is_close, relaxed.max(least_step), relaxed).named("regular_step");
-    let is_linear = (slope - mean_slope)
-        .abs()
-        .less(slope * lit(-LINEARITY_TOLERANCE));
-    let is_strictly_linear = (slope - mean_slope)
-        .abs()
-        .less(slope * lit(-STRICT_LINEARITY_TOLERANCE));
+    let is_linear = is_steady::<R>(slope, mean_slope, LINEARITY_TOLERANCE);
+    let is_strictly_linear = is_steady::<R>(slope, mean_slope, STRICT_LINEARITY_TOLERANCE);
     // A field that was divided by a bound may be far above its surface, and a wall in between.
     let is_free = R::and(R::not(is_raw), is_way_free([new_t, to_root], crowd, count));
     let is_estimate_near = R::or(
@@ -387,6 +383,12 @@ fn sphere_step<R: Real>(
         field_before: R::select(moves_bracket, field, field_before),
         arrived: R::select(R::and(advances, has_found), lit(1.0), lit(0.0)),
     }
+}
+
+/// Reports whether the field falls by its mean slope, up to a fraction of it.
+#[inline(always)]
+fn is_steady<R: Real>(slope: R, mean_slope: R, tolerance: f64) -> R::Bool {
+    (slope - mean_slope).abs().less(slope * lit(-tolerance))
 }
 
 /// Reports whether a ray may go from `new_t` to a root as far as `to_root`. Between the parts of a scene, only floors and walls without
@@ -590,9 +592,8 @@ pub fn accept_at_step_cap<R: Real>(
     let is_beside = R::and(is_within_pixel, R::not(is_parallel));
     let is_near = field.less(half_pixel * lit(MAX_ACCEPTED_FALLING_HALF_PIXELS));
     let slope = ((field - field_before) / (t - t_before).max(lit(1e-30))).named("slope");
-    let is_strictly_linear = (slope - trend.max(lit(-1.0)))
-        .abs()
-        .less(slope * lit(-STRICT_LINEARITY_TOLERANCE));
+    let mean_slope = trend.max(lit(-1.0));
+    let is_strictly_linear = is_steady::<R>(slope, mean_slope, STRICT_LINEARITY_TOLERANCE);
     let falls_before_far = field.less(slope * (t - far));
     let falls_nearby = R::and(falls_before_far, R::or(is_near, is_strictly_linear));
     R::select(R::or(is_beside, falls_nearby), lit(1.0), lit(0.0))
