@@ -17,6 +17,7 @@ use sdfc_runtime::render::{
 use sdfc_shaders::camera::SAMPLE_SHIFT;
 use sdfc_vm::bounds::Bounds;
 use sdfc_vm::real::{Real, Vector3, lit};
+use sdfc_vm::settings::Enclosure;
 
 fn settings() -> RenderSettings {
     RenderSettings {
@@ -324,6 +325,13 @@ fn the_ground_is_flat_up_to_the_horizon() {
     let mut settings = settings();
     settings.view.from = [0.0, 1.0, 0.0];
     settings.view.look = [0.0, 0.9, -1.0];
+    settings.enclosure = Some(Enclosure {
+        finite: Bounds::EMPTY,
+        half_spaces: vec![[0.0, 1.0, 0.0, 0.0]],
+        exact_half_spaces: 1,
+        solid_half_spaces: 1,
+        solid_depth: 0.0,
+    });
     let image = render_image(&Analytic(Ground(0.0)), &settings);
     let (mut worst, mut most_slanted) = (0.0_f64, 1.0_f64);
     for y in 0..image.height {
