@@ -12,7 +12,12 @@ struct Rays {
     relaxation: f32,
     rounding: f32,
     is_raw: f32,
+    /// Start and end of the parts of the scene, and the first floor or wall without an end.
+    crowd: [f32; 3],
 }
+
+/// A scene without parts in the way.
+const NO_CROWD: [f32; 3] = [camera::NEVER as f32, 0.0, camera::NEVER as f32];
 
 impl Rays {
     fn with_threshold(threshold: f32) -> Self {
@@ -22,6 +27,7 @@ impl Rays {
             relaxation: marching::DEFAULT_RELAXATION as f32,
             rounding: 1e-6,
             is_raw: 0.0,
+            crowd: NO_CROWD,
         }
     }
 
@@ -46,9 +52,9 @@ impl Rays {
                 self.rounding,
                 self.is_raw,
                 1e9,
-                camera::NEVER as f32,
-                0.0,
-                camera::NEVER as f32,
+                self.crowd[0],
+                self.crowd[1],
+                self.crowd[2],
                 0.0,
             );
             (t, value, step, trend) = (next.t, next.field, next.step, next.trend);
@@ -335,6 +341,31 @@ fn rays_that_creep_pass_nothing_as_thick_as_a_pixel() {
 }
 
 /// A line that leads many pixels ahead may lead through a wall into a surface behind it.
+#[test]
+fn far_roots_behind_parts_are_not_followed() {
+    // A floor at a grazing angle, and a wall far before the root.
+    let (sine, root, wall) = (0.002, 100.0, 55.0);
+    let field = |t: f32| ((root - t) * sine).min((t - wall).abs() - 0.5);
+    let rays = Rays {
+        half_pixel: 0.1,
+        ..Rays::with_threshold(0.005)
+    };
+    let blocked = Rays {
+        crowd: [wall - 1.0, wall + 1.0, root],
+        ..rays
+    };
+    let (t, _) = blocked.march(field, 1000);
+    assert!((t - wall + 0.5).abs() < 1e-2, "{t}: the wall");
+    let (t, free_steps) = blocked.march(|t| (root - t) * sine, 1000);
+    assert!((t - root).abs() < 1e-1, "{t}: the floor");
+    let behind = Rays {
+        crowd: [wall - 1.0, wall + 1.0, root / 4.0],
+        ..rays
+    };
+    let (_, slow_steps) = behind.march(|t| (root - t) * sine, 1000);
+    assert!(free_steps < slow_steps, "{free_steps}, {slow_steps}");
+}
+
 #[test]
 fn lines_that_lead_through_walls_are_not_followed() {
     let mut numbers = Random::new(5);
