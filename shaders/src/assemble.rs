@@ -350,6 +350,7 @@ fn defines(features: &Features) -> BTreeSet<&'static str> {
         ("occlusion", generic || features.occlusion != Occlusion::Off),
         ("materials", features.materials),
         ("fog", features.fog),
+        ("half_spaces", generic || features.has_half_spaces),
         ("steps", mode == Mode::Steps),
         ("albedo", mode == Mode::Albedo),
         ("normal", mode == Mode::Normal),
@@ -404,13 +405,15 @@ fn identifiers(text: &str) -> impl Iterator<Item = &str> {
 /// Returns the kernel of a stage.
 pub fn kernel(stage: RenderStage, features: &Features, scene: &SceneSource<'_>) -> StageKernel {
     let (label, file) = stage.source();
-    let stage_text = preprocess(file, &defines(features));
+    let defines = defines(features);
+    let stage_text = preprocess(file, &defines);
     let scene_text = if stage.scene_functions(features).is_empty() {
         ""
     } else {
         scene.text
     };
-    let body = format!("{}{stage_text}", shared_text(&stage_text));
+    let shared_text = preprocess(&shared_text(&stage_text), &defines);
+    let body = format!("{shared_text}{stage_text}");
     let mut mentioned: BTreeSet<&str> = identifiers(&body).collect();
     let mut prelude_calls: BTreeSet<&'static str> = BTreeSet::new();
     if !scene_text.is_empty() {
@@ -470,6 +473,7 @@ fn shared_text(stage_text: &str) -> String {
         (["is_nan"].as_slice(), include_str!("kernels/nan.wgsl")),
         (&["line_index"], include_str!("kernels/work.wgsl")),
         (&["camera_ray", "camera_ray_at"], camera),
+        (&["camera_segment"], include_str!("kernels/segment.wgsl")),
         (&["enqueue"], include_str!("kernels/queue.wgsl")),
     ];
     let mentioned: BTreeSet<&str> = identifiers(stage_text).collect();

@@ -101,11 +101,11 @@ pub fn intersect_box<R: Real>(
     R::Vec2::new(enter.max(lit(0.0)), exit.min(far))
 }
 
+/// Distance that stands for never.
+pub const NEVER: f64 = 1e30;
 /// Least rate at which a ray falls that is extended to a half space: at a lesser one, rounding decides where it
 /// arrives.
 const MIN_EXTENDED_FALL: f64 = 1e-5;
-/// Placeholder for the depth of a half space that is nowhere known to be solid.
-pub const NO_SOLID_DEPTH: f64 = 1e30;
 /// Length of an extended ray, in distances to the half space.
 const EXTENDED_LENGTH: f64 = 1.5;
 
@@ -115,7 +115,7 @@ const EXTENDED_LENGTH: f64 = 1.5;
 /// Rays end at `far`. Those that fall towards the half space go on until they are in its solid part, up to
 /// `extended_far`. If no solid part is known, they go on into the half space. `offset` is the distance of the origin from
 /// the plane along its `normal`, which points out of the half space. From `solid_depth` on, the half space is solid.
-/// [`NO_SOLID_DEPTH`] stands for none.
+/// [`NEVER`] stands for none.
 #[inline(always)]
 pub fn half_space_exit<R: Real>(
     origin: R::Vec3,
@@ -130,7 +130,7 @@ pub fn half_space_exit<R: Real>(
     let fall = -direction.dot(normal);
     let inverse_fall = (lit::<R>(1.0) / fall.abs().max(lit(1e-12))).named("inverse_fall");
     let crossing = (height.abs() * inverse_fall).named("crossing");
-    let is_solid = solid_depth.less(lit(NO_SOLID_DEPTH));
+    let is_solid = solid_depth.less(lit(NEVER));
     let drop = (height + R::select(is_solid, solid_depth, lit(0.0))).named("drop");
     let is_falling = lit::<R>(0.0).less(fall);
     let is_extended = R::and(
@@ -149,9 +149,6 @@ pub fn half_space_exit<R: Real>(
     let inside_or_buried = R::select(is_buried, lit(-1.0), inside);
     R::select(lit::<R>(0.0).less(height), above, inside_or_buried)
 }
-
-/// Distance that stands for never.
-pub const NEVER: f64 = 1e30;
 
 /// Returns the distance along a ray at which it enters a half space: 0 if it starts in it, [`NEVER`] if it does not enter.
 #[inline(always)]

@@ -47,7 +47,7 @@ pub enum ShadowForm {
 /// The features of a picture.
 ///
 /// A kernel is either made for these alone, or *generic* ([`Features::generic`]). Then lights, the forms of
-/// their shadows, occlusion, fog, materials and the scheme of differences are not features, but read from
+/// their shadows, occlusion, fog, materials, half spaces and the scheme of differences are not features, but read from
 /// buffers when it runs. There are so few generic kernels that all of them can be compiled in advance.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Hash)]
 pub struct Features {
@@ -63,9 +63,11 @@ pub struct Features {
     pub materials: bool,
     /// True with fog.
     pub fog: bool,
+    /// True if half spaces contain an endless scene.
+    pub has_half_spaces: bool,
     /// True if the scene is a 2-D shape, seen face on.
     pub is_2d: bool,
-    /// True for kernels that handle any lights, occlusion, fog, materials and differences.
+    /// True for kernels that handle any lights, occlusion, fog, materials, half spaces and differences.
     pub generic: bool,
 }
 
@@ -87,6 +89,7 @@ impl Features {
             normals,
             materials: true,
             fog: false,
+            has_half_spaces: false,
             is_2d: self.is_2d,
             generic: true,
         }

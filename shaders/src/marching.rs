@@ -391,8 +391,10 @@ fn is_steady<R: Real>(slope: R, mean_slope: R, tolerance: f64) -> R::Bool {
     (slope - mean_slope).abs().less(slope * lit(-tolerance))
 }
 
-/// Reports whether a ray may go from `new_t` to a root as far as `to_root`. Between the parts of a scene, only floors and walls without
-/// an end can be in the way. `crowd` is the start and the end of the parts, and the first of those planes.
+/// Reports whether a ray may go from `new_t` to a root as far as `to_root`.
+///
+/// Between the parts of a scene, only floors and walls without an end can be in the way. `crowd` is the start and the end
+/// of the parts, and the first of those planes.
 #[inline(always)]
 fn is_way_free<R: Real>(
     [new_t, to_root]: [R; 2],

@@ -92,6 +92,7 @@ fn variants() -> Vec<Features> {
         normals: Normals::Exact,
         materials: true,
         fog: true,
+        has_half_spaces: true,
         is_2d: false,
         generic: false,
     };
@@ -315,6 +316,7 @@ fn kernels_contain_what_is_used() {
         normals: Normals::Tetrahedron,
         materials: true,
         fog: true,
+        has_half_spaces: true,
         ..Features::default()
     };
     let mut text = String::new();

@@ -61,7 +61,8 @@ pub(crate) struct PictureArgs {
     /// Maximum number of steps of a ray.
     #[arg(long, value_name = "N")]
     steps: Option<u32>,
-    /// Maximum length of a ray, in the scene's units.
+    /// Maximum length of a ray, in the scene's units. Without it, rays end behind the scene, or at 200 times the distance
+    /// of the camera; those that fall towards an endless floor or wall reach it.
     #[arg(long, value_name = "DISTANCE", allow_negative_numbers = true)]
     far: Option<f64>,
     /// Method for normals.

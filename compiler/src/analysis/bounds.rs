@@ -734,7 +734,7 @@ pub(crate) fn inverse(m: &[f64]) -> Option<[[f64; 4]; 3]> {
 }
 
 /// Returns the map of points by `inner` and then by `outer`.
-fn composed(outer: &[[f64; 4]; 3], inner: &[[f64; 4]; 3]) -> [[f64; 4]; 3] {
+pub(super) fn composed(outer: &[[f64; 4]; 3], inner: &[[f64; 4]; 3]) -> [[f64; 4]; 3] {
     outer.map(|row| {
         std::array::from_fn(|column| {
             let sum: f64 = (0..3).map(|k| row[k] * inner[k][column]).sum();

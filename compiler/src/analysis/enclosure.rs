@@ -1,6 +1,6 @@
 //! A box and half spaces that together enclose an endless solid, by which rays end.
 
-use crate::analysis::bounds::{ShapeBounds, inverse};
+use crate::analysis::bounds::{ShapeBounds, composed, inverse};
 use crate::analysis::shape_range::ShapeRange;
 use crate::expression::ExprId;
 use crate::scene::{SceneRef, ShapeId, ShapeKind};
@@ -75,7 +75,7 @@ pub(crate) fn enclosure(
                 matrix,
                 scale,
             } if !boxes.get(scene, part.id).is_finite() => {
-                let matrix = matrix.map(|n| boxes.number(scene, n));
+                let matrix = rows(scene, boxes, matrix);
                 let scale = boxes.number(scene, *scale);
                 parts.push(part.with_child(*child).framed(&matrix, scale)?);
             }
@@ -96,6 +96,9 @@ pub(crate) fn enclosure(
         })
 }
 
+/// Affine map: rows of three factors and a shift.
+type Rows = [[f64; 4]; 3];
+
 /// A shape, and a level that it does not exceed in its part of the solid.
 #[derive(Clone, Debug)]
 struct EnclosedPart {
@@ -106,8 +109,8 @@ struct EnclosedPart {
     blend_level: f64,
     /// Set if something is cut from the shape.
     is_cut: bool,
-    /// Map from points of the scene to those of the shape, if it is in frames: rows of three factors and a shift.
-    to_inner: Option<[f64; 12]>,
+    /// Map from points of the scene to those of the shape, if it is in frames.
+    to_inner: Option<Rows>,
 }
 
 impl EnclosedPart {
@@ -143,18 +146,11 @@ impl EnclosedPart {
         }
     }
 
-    /// Returns the part in a frame of the child; `None` if the map is not regular.
-    fn framed(self, matrix: &[f64; 12], scale: f64) -> Option<Self> {
-        let to_inner = match &self.to_inner {
-            None => *matrix,
-            Some(outer) => std::array::from_fn(|i| {
-                let (row, column) = (i / 4, i % 4);
-                let sum: f64 = (0..3)
-                    .map(|k| matrix[4 * row + k] * outer[4 * k + column])
-                    .sum();
-                sum + if column == 3 { matrix[i] } else { 0.0 }
-            }),
-        };
+    /// Returns the part in a frame of the child; `None` if its scale is not positive.
+    fn framed(self, matrix: &Rows, scale: f64) -> Option<Self> {
+        let to_inner = self
+            .to_inner
+            .map_or(*matrix, |outer| composed(matrix, &outer));
         (scale > 0.0).then_some(Self {
             level: self.level / scale,
             blend_level: self.blend_level / scale,
@@ -167,18 +163,23 @@ impl EnclosedPart {
     fn outer_box(&self, bounds: &Bounds) -> Option<Bounds> {
         match &self.to_inner {
             None => Some(*bounds),
-            Some(to_inner) => Some(bounds.mapped(&inverse(to_inner)?)),
+            Some(to_inner) => Some(bounds.mapped(&inverse(to_inner.as_flattened())?)),
         }
     }
+}
 
-    /// Returns the function of points of the scene that is a linear function of points of the shape.
-    fn outer_plane(&self, [x, y, z, offset]: [f64; 4]) -> [f64; 4] {
-        let Some(m) = &self.to_inner else {
-            return [x, y, z, offset];
-        };
-        let column = |i: usize| x * m[i] + y * m[4 + i] + z * m[8 + i];
-        [column(0), column(1), column(2), column(3) + offset]
-    }
+/// Returns a linear function of mapped points as one of points: three factors and a shift.
+fn before_map([x, y, z, shift]: [f64; 4], rows: &Rows) -> [f64; 4] {
+    std::array::from_fn(|i| {
+        let sum = x * rows[0][i] + y * rows[1][i] + z * rows[2][i];
+        sum + if i == 3 { shift } else { 0.0 }
+    })
+}
+
+/// Returns the rows of a frame at the current values.
+fn rows(scene: SceneRef<'_>, boxes: &mut ShapeBounds, matrix: &[ExprId; 12]) -> Rows {
+    let row = |row: usize| [0, 1, 2, 3].map(|column| matrix[4 * row + column]);
+    [0, 1, 2].map(|i| row(i).map(|n| boxes.number(scene, n)))
 }
 
 /// Regions found so far.
@@ -275,7 +276,9 @@ fn half_space(
 ) -> Option<([f64; 4], f64)> {
     let (normal, offset) = match lower_plane(scene, boxes, part.id) {
         Some([x, y, z, offset]) => {
-            let [x, y, z, offset] = part.outer_plane([x, y, z, offset - part.level]);
+            let plane = [x, y, z, offset - part.level];
+            let map = part.to_inner.as_ref();
+            let [x, y, z, offset] = map.map_or(plane, |rows| before_map(plane, rows));
             (DVec3::new(x, y, z), offset)
         }
         None => {
@@ -357,12 +360,10 @@ fn lower_plane(scene: SceneRef<'_>, boxes: &mut ShapeBounds, id: ShapeId) -> Opt
             matrix,
             scale,
         } => {
-            let [x, y, z, offset] = lower_plane(scene, boxes, *child)?;
+            let plane = lower_plane(scene, boxes, *child)?;
             let scale = boxes.number(scene, *scale);
-            let m = matrix.map(|n| boxes.number(scene, n));
-            let column = |i: usize| scale * (x * m[i] + y * m[4 + i] + z * m[8 + i]);
-            let offset = column(3) + scale * offset;
-            Some([column(0), column(1), column(2), offset])
+            let plane = before_map(plane, &rows(scene, boxes, matrix));
+            Some(plane.map(|v| v * scale))
         }
         ShapeKind::Combine { op, children, .. } => match op.row().facts.bounds {
             BoundsRule::Intersection => children

@@ -3,7 +3,7 @@
 use super::beam::Beams;
 use super::camera_rays::camera_rays;
 use super::leaf_bins::{self, LeafBins};
-use super::long_rays::LongRays;
+use super::march::March;
 use super::packet::NO_LEAF;
 use super::plane_edges::PlanePicture;
 use super::ray_tasks::run_streamed;
@@ -166,15 +166,17 @@ impl Tile {
         items: &[u32],
         evaluator: &mut dyn Evaluator,
     ) -> u64 {
-        let rays = LongRays {
+        let task = March {
             frame,
             camera_rays: &self.camera_rays,
             rays: &mut self.rays,
             beams: &self.beams,
             columns: self.width.div_ceil(beam::BLOCK_SIDE),
             width: self.width,
+            max_steps: u32::MAX,
+            are_under_way: false,
         };
-        rays.march(items, evaluator)
+        task.run(items, evaluator)
     }
 
     /// Marches the rays on that meet nothing in the cells and reach beyond them. Returns the number of evaluations.

@@ -99,7 +99,7 @@ impl ReferenceCamera {
                 offset,
                 match number < enclosure.solid_half_spaces {
                     true => enclosure.solid_depth,
-                    false => camera::NO_SOLID_DEPTH,
+                    false => camera::NEVER,
                 },
                 self.far,
                 self.extended_far,

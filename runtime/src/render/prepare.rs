@@ -243,6 +243,7 @@ pub fn prepare(settings: &RenderSettings, facts: &FieldFacts) -> RenderJob {
         normals: settings.normals,
         materials: facts.material.is_none(),
         fog: foggy,
+        has_half_spaces: settings.enclosure.is_some(),
         is_2d: settings.is_2d,
         generic: false,
     };
