@@ -46,9 +46,9 @@ pub enum ShadowForm {
 
 /// The features of a picture.
 ///
-/// A kernel is either made for these alone, or *generic* ([`Features::generic`]). Then lights, the forms of
-/// their shadows, occlusion, fog, materials, half spaces and the scheme of differences are not features, but read from
-/// buffers when it runs. There are so few generic kernels that all of them can be compiled in advance.
+/// A kernel is either made for these alone, or *generic* ([`Features::generic`]). A generic kernel reads lights,
+/// shadows, occlusion, fog, materials, half spaces and the scheme of differences from buffers. There are so few generic
+/// kernels that all of them can be compiled in advance.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Hash)]
 pub struct Features {
     /// Content of the picture.

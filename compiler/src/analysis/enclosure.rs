@@ -97,7 +97,7 @@ pub(crate) fn enclosure(
 }
 
 /// Affine map: rows of three factors and a shift.
-type Rows = [[f64; 4]; 3];
+type MatrixRows = [[f64; 4]; 3];
 
 /// A shape, and a level that it does not exceed in its part of the solid.
 #[derive(Clone, Debug)]
@@ -110,7 +110,7 @@ struct EnclosedPart {
     /// Set if something is cut from the shape.
     is_cut: bool,
     /// Map from points of the scene to those of the shape, if it is in frames.
-    to_inner: Option<Rows>,
+    to_inner: Option<MatrixRows>,
 }
 
 impl EnclosedPart {
@@ -147,7 +147,7 @@ impl EnclosedPart {
     }
 
     /// Returns the part in a frame of the child; `None` if its scale is not positive.
-    fn framed(self, matrix: &Rows, scale: f64) -> Option<Self> {
+    fn framed(self, matrix: &MatrixRows, scale: f64) -> Option<Self> {
         let to_inner = self
             .to_inner
             .map_or(*matrix, |outer| composed(matrix, &outer));
@@ -169,7 +169,7 @@ impl EnclosedPart {
 }
 
 /// Returns a linear function of mapped points as one of points: three factors and a shift.
-fn before_map([x, y, z, shift]: [f64; 4], rows: &Rows) -> [f64; 4] {
+fn before_map([x, y, z, shift]: [f64; 4], rows: &MatrixRows) -> [f64; 4] {
     std::array::from_fn(|i| {
         let sum = x * rows[0][i] + y * rows[1][i] + z * rows[2][i];
         sum + if i == 3 { shift } else { 0.0 }
@@ -177,7 +177,7 @@ fn before_map([x, y, z, shift]: [f64; 4], rows: &Rows) -> [f64; 4] {
 }
 
 /// Returns the rows of a frame at the current values.
-fn rows(scene: SceneRef<'_>, boxes: &mut ShapeBounds, matrix: &[ExprId; 12]) -> Rows {
+fn rows(scene: SceneRef<'_>, boxes: &mut ShapeBounds, matrix: &[ExprId; 12]) -> MatrixRows {
     let row = |row: usize| [0, 1, 2, 3].map(|column| matrix[4 * row + column]);
     [0, 1, 2].map(|i| row(i).map(|n| boxes.number(scene, n)))
 }
