@@ -1,6 +1,7 @@
 //! Notes on pictures that show less than their scene. Nothing may be in view, a camera or a light inside a
 //! solid, or a light too faint.
 
+mod buried_rays;
 mod deepest_point;
 mod thin_parts;
 mod uniform_picture;
@@ -86,6 +87,7 @@ pub fn notes(module: &Module, settings: &RenderSettings, image: &Image) -> Vec<S
         let lights = settings.lighting.lights.iter();
         notes.extend(lights.filter_map(|light| dark_light_note(module, settings, light)));
         if !is_inside {
+            notes.extend(buried_rays::note(module, settings, image));
             notes.extend(uniform_picture::note(settings, image));
         }
         if !covers_nothing {

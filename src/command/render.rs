@@ -62,7 +62,8 @@ pub(crate) struct PictureArgs {
     #[arg(long, value_name = "N")]
     steps: Option<u32>,
     /// Maximum length of a ray, in the scene's units. Without it, rays end behind the scene, or at 200 times the distance
-    /// of the camera. Rays that fall towards an endless floor or wall reach it.
+    /// of the camera. Rays that fall towards an endless floor or wall reach it. Parallel rays end at 4 times the distance
+    /// and 64 heights of the picture.
     #[arg(long, value_name = "DISTANCE", allow_negative_numbers = true)]
     far: Option<f64>,
     /// Method for normals.

@@ -48,6 +48,10 @@ const UNBOUNDED_FAR_DISTANCES: f64 = 200.0;
 /// Minimum half height of the image at the ends of such rays, in the same unit. A floor's horizon is then equally many
 /// pixels too low through every long lens.
 const UNBOUNDED_FAR_HALF_HEIGHTS: f64 = 63.0;
+/// Length of parallel rays in an infinite scene, in distances of the camera from its target.
+const PARALLEL_FAR_DISTANCES: f64 = 4.0;
+/// Length in addition to it, in heights of the image. Things far away are as large in it as near ones.
+const PARALLEL_FAR_HEIGHTS: f64 = 64.0;
 
 impl FramingTarget {
     pub(super) fn from_bounds(bounds: &Bounds) -> Self {
@@ -156,18 +160,21 @@ impl FramingTarget {
         if self.bounds.is_finite() {
             return length_beyond(&self.bounds, view);
         }
-        let distances = match view.lens {
+        let (distances, lateral) = match view.lens {
             ResolvedLens::Perspective(fov) => {
-                UNBOUNDED_FAR_DISTANCES.max(UNBOUNDED_FAR_HALF_HEIGHTS / (fov / 2.0).tan())
+                let by_lens = UNBOUNDED_FAR_HALF_HEIGHTS / (fov / 2.0).tan();
+                (UNBOUNDED_FAR_DISTANCES.max(by_lens), 0.0)
             }
-            ResolvedLens::Orthographic(_) => UNBOUNDED_FAR_DISTANCES,
+            ResolvedLens::Orthographic(height) => {
+                (PARALLEL_FAR_DISTANCES, PARALLEL_FAR_HEIGHTS * height)
+            }
         };
         let nearest = |part: &EndlessPart| least_distance(part, view.from.into());
         let lengths = [view.target_distance(), self.size];
         let lengths = lengths
             .into_iter()
             .chain(extents.endless.iter().map(nearest));
-        let endless = distances * lengths.fold(0.0, f64::max);
+        let endless = distances * lengths.fold(0.0, f64::max) + lateral;
         let finite = extents.finite.map(|bounds| length_beyond(&bounds, view));
         finite.map_or(endless, |finite| endless.max(finite))
     }

@@ -10,6 +10,16 @@ use sdfc_runtime::render::CellMode;
 const SCENES: &[(&str, &str, &str)] = &[
     ("a scene that is seen", "sphere(1) | plane(Y, at: -1)", ""),
     (
+        "a floor seen from the front, half of it from inside",
+        "camera { from: [0, 0, 20], look: [0, 0, 0], height: 4 }\nplane(Y) | sphere(1)",
+        "% of the rays begin inside of a solid and never leave it",
+    ),
+    (
+        "a slab seen from the front",
+        "camera { from: [0, 0, 20], look: [0, 0, 0], height: 4 }\nbox([3, 0.2, 3]) | sphere(1)",
+        "",
+    ),
+    (
         "a union of nothing",
         "union([])",
         "nothing is seen: the scene has no solid",

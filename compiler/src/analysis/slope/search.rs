@@ -13,6 +13,10 @@ use sdfc_vm::real::Real;
 /// steepest, and a point inside.
 const SAMPLE_FRACTIONS: [f64; 2] = [1.0, 0.38];
 
+/// Fraction of each range at which a single value stands for all. The middle of a range is often a special value at
+/// which a field is constant, such as the exponent zero.
+const TYPICAL_FRACTION: f64 = 0.62;
+
 /// Maximum ratio of the bound after halving a range to that after halving space, for the range to be
 /// halved.
 const MAX_RANGE_RATIO: f64 = 0.95;
@@ -211,8 +215,8 @@ impl SlopeSearch {
         self.max_square.sqrt()
     }
 
-    /// Returns the last number at a point and the slope of all of them, with all parameters at the
-    /// midpoint of their ranges.
+    /// Returns the last number at a point and the slope of all of them, with all parameters inside of
+    /// their ranges.
     pub(super) fn value_and_slope_at(&mut self, point: [f64; 3]) -> (f64, f64) {
         let duals = self.duals_at(point);
         let (mut last, mut square) = (0.0, 0.0);
@@ -223,10 +227,9 @@ impl SlopeSearch {
         (last, square.sqrt())
     }
 
-    /// Returns the numbers at a point with their gradients, with all parameters at the midpoint of
-    /// their ranges.
+    /// Returns the numbers at a point with their gradients, with all parameters inside of their ranges.
     pub(super) fn duals_at(&mut self, point: [f64; 3]) -> impl Iterator<Item = Dual<f64>> {
-        let (bounds, ranges) = self.middle_of_ranges(point);
+        let (bounds, ranges) = self.inside_of_ranges(point);
         self.point_numbers
             .iter_mut()
             .map(move |number| number.eval(&bounds, &ranges))
@@ -234,21 +237,22 @@ impl SlopeSearch {
 
     /// Returns the first number and all its operands at a point, in the order of their identifiers.
     pub(super) fn operands_at(&mut self, point: [f64; 3]) -> &[Dual<f64>] {
-        let (bounds, ranges) = self.middle_of_ranges(point);
+        let (bounds, ranges) = self.inside_of_ranges(point);
         match self.point_numbers.first_mut() {
             Some(number) => number.eval_all(&bounds, &ranges),
             None => &[],
         }
     }
 
-    /// Returns a point as a box, and the midpoints of the ranges.
-    fn middle_of_ranges(&self, point: [f64; 3]) -> (Bounds, Vec<Interval>) {
+    /// Returns a point as a box, and a value inside of each range.
+    fn inside_of_ranges(&self, point: [f64; 3]) -> (Bounds, Vec<Interval>) {
         let bounds = Bounds {
             min: point,
             max: point,
         };
-        let middle = |range: &Interval| Interval::point(range.lo + (range.hi - range.lo) / 2.0);
-        (bounds, self.ranges.iter().map(middle).collect())
+        let inside =
+            |range: &Interval| Interval::point(range.lo + (range.hi - range.lo) * TYPICAL_FRACTION);
+        (bounds, self.ranges.iter().map(inside).collect())
     }
 
     /// Returns the first number and its gradient in a region.
