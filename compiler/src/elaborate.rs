@@ -23,6 +23,7 @@ mod builtins;
 mod calls;
 mod constness;
 mod diagnose;
+mod dialects;
 mod display;
 mod elements;
 mod evaluate;

@@ -84,6 +84,7 @@ const RULES: &[Rule] = &[
     prefixes::transform_first,
     names::other_language,
     foreign::typed_function,
+    prefixes::block_after_call,
     names::missing_let,
     operators::mutation,
     names::item_in_block,

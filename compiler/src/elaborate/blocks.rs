@@ -9,6 +9,7 @@ use super::Elaborator;
 use super::arguments::word;
 use super::constness::Demand;
 use super::diagnose::{nearest, suggest, unknown_name};
+use super::dialects::field_of_dialects;
 use super::display::format_short;
 use super::numbers::{Form, components};
 use super::value::{Abort, Env, Quantity, Record, Value};
@@ -113,10 +114,15 @@ impl<'a> Elaborator<'a> {
             if !allowed.contains(&name) {
                 let message = format!("`{kind}` has no field `{name}`");
                 let diagnostic = Diagnostic::error(codes::E0208, field.name.span, message);
+                let span = field.name.span;
                 let suggestion = nearest(name, allowed.iter().copied());
-                let diagnostic = match suggestion {
-                    Some(_) => suggest(diagnostic, field.name.span, suggestion),
-                    None => diagnostic.help(format!("its fields are {}", allowed.join(", "))),
+                let diagnostic = match (field_of_dialects(kind, name), suggestion) {
+                    (Some((Some(replacement), text)), _) => diagnostic.fix(span, replacement, text),
+                    (Some((None, text)), _) => diagnostic.help(text),
+                    (None, Some(_)) => suggest(diagnostic, span, suggestion),
+                    (None, None) => {
+                        diagnostic.help(format!("its fields are {}", allowed.join(", ")))
+                    }
                 };
                 self.report(diagnostic);
             } else if let Some(first) = block.fields[..index]
@@ -269,14 +275,13 @@ impl<'a> Elaborator<'a> {
         )
     }
 
-    /// Evaluates a field to a number from 0 to `limit`.
-    fn number_field(
+    /// Evaluates a field to a number.
+    fn scalar_field(
         &mut self,
         env: &Env<'a>,
         block: &'a Block,
         name: &str,
         stage: Stage,
-        limit: f64,
     ) -> Result<Option<ExprId>, Abort> {
         let Some(field) = self.find_field(block, name) else {
             return Ok(None);
@@ -286,7 +291,21 @@ impl<'a> Elaborator<'a> {
             subject: &what,
             max_stage: stage,
         };
-        let Some([id, ..]) = self.field_numbers(env, field, Form::Scalar, requirement)? else {
+        let numbers = self.field_numbers(env, field, Form::Scalar, requirement)?;
+        Ok(numbers.map(|[id, ..]| id))
+    }
+
+    /// Evaluates a field to a number from 0 to `limit`.
+    fn number_field(
+        &mut self,
+        env: &Env<'a>,
+        block: &'a Block,
+        name: &str,
+        stage: Stage,
+        limit: f64,
+    ) -> Result<Option<ExprId>, Abort> {
+        let id = self.scalar_field(env, block, name, stage)?;
+        let (Some(id), Some(field)) = (id, self.find_field(block, name)) else {
             return Ok(None);
         };
         if self.is_uniform(id) {
@@ -296,7 +315,11 @@ impl<'a> Elaborator<'a> {
                     true => format!("from 0 to {limit}"),
                     false => "0 or larger".to_owned(),
                 };
-                let message = format!("{what} is {range}, and this is {}", format_short(value));
+                let kind = &block.kind.name;
+                let message = format!(
+                    "`{name}` of a {kind} is {range}, and this is {}",
+                    format_short(value)
+                );
                 self.report(Diagnostic::error(codes::E0401, field.value.span, message));
                 return Ok(None);
             }

@@ -27,6 +27,18 @@ const MISTAKES: &[(&str, &str)] = &[
         "a field of coordinates",
         "field(fn(x, y, z) => x * x + y * y + z * z - 1) | sphere(1).warp(fn(u, v) => [u, v, 0])",
     ),
+    (
+        "fields of other dialects",
+        "camera { position: [0, 0, 5], target: [0, 0, 0], fovy: 30deg }\nlight { pos: [1, 2, 3], energy: 2 }\nsphere(1)",
+    ),
+    (
+        "a camera without its point",
+        "camera { eye: [0, 0, 5], direction: [0, 0, -1], zoom: 2 }\nsphere(1).paint(gold) | line([0, 0, 0], [1, 1, 1], 0.1)",
+    ),
+    (
+        "heights of nothing",
+        "camera { from: [0, 0, 5], height: -2 }\ncamera b { from: [0, 0, 5], height: 0 }\nsphere(1)",
+    ),
     ("unknown argument", "cylinder(radius: 1, h: 2)"),
     ("near argument", "sphere(1) | box(1, rond: 0.1)"),
     ("missing argument", "cylinder(r: 1)"),

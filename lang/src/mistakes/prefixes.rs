@@ -133,6 +133,36 @@ pub(super) fn transform_first(context: &ErrorContext<'_, '_>) -> Option<Mistake>
     })
 }
 
+/// Explains other calls with a block: `hull() { sphere(1); box(1); }`.
+pub(super) fn block_after_call(context: &ErrorContext<'_, '_>) -> Option<Mistake> {
+    let close = context.relative_index(-1)?;
+    let is_block = context.token_at(0) == Some(Token::OpenBrace);
+    if !is_block || context.tokens[close].1 != Token::CloseParen {
+        return None;
+    }
+    let start = context.opener(close)?.checked_sub(1)?;
+    let Token::Name(name) = context.tokens[start].1 else {
+        return None;
+    };
+    let name = shorten(name);
+    let message = format!("`{name}` takes no block");
+    let diagnostic = Diagnostic::error(codes::E0133, context.token_span(start), message);
+    let help = match name.as_str() {
+        "hull" => {
+            "there is no hull; that of two equal balls is `capsule(from, to, r)`, and `a |[0.2] b` blends"
+        }
+        "minkowski" => {
+            "there is no such operation; the sum of a shape and a ball is `shape.offset(radius)`"
+        }
+        _ => "shapes stand between the brackets, `f(a, b)`, and are joined by `|`, `-` and `&`",
+    };
+    Some(Mistake {
+        diagnostic: diagnostic.help(help),
+        index: context.closer(context.index).unwrap_or(context.index),
+        repair: Repair::RemoveStatement,
+    })
+}
+
 /// Returns the prefix that starts at a token.
 fn prefix(context: &ErrorContext<'_, '_>, index: usize) -> Option<Prefix> {
     let word = |index: usize| (index < context.end).then(|| context.tokens[index].1);

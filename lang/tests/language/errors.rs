@@ -195,6 +195,8 @@ fn transforms_before_their_shapes() {
         "linear_extrude(5mm, circle(3mm)) circle(1);",
         "linear_extrude(height = 5) circle(1);",
         "difference() {}",
+        "hull() { sphere(1); translate([2, 0, 0]) sphere(1); }",
+        "sphere(1) | smooth(0.2) { box(1); }",
     ]));
 }
 

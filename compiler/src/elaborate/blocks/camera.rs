@@ -26,7 +26,7 @@ impl<'a> Elaborator<'a> {
         let look = self.vector_field(env, block, "look")?;
         let up = self.vector_field(env, block, "up")?;
         let fov = self.angle_field(env, block, "fov")?;
-        let height = self.number_field(env, block, "height", Stage::Uniform, f64::INFINITY)?;
+        let height = self.scalar_field(env, block, "height", Stage::Uniform)?;
         let mut camera = self.automatic_camera();
         camera.name = name;
         camera.auto_framed = from.is_none();
@@ -59,7 +59,7 @@ impl<'a> Elaborator<'a> {
                     }
                     SceneLens::Orthographic(_) => {
                         format!(
-                            "the height of a view is larger than 0, and this is {}",
+                            "`height` of a camera is larger than 0, and this is {}",
                             format_short(value)
                         )
                     }

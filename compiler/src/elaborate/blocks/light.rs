@@ -2,6 +2,7 @@
 
 use crate::elaborate::Elaborator;
 use crate::elaborate::diagnose::{nearest, suggest};
+use crate::elaborate::dialects::field_of_dialects;
 use crate::elaborate::value::{Abort, Env, Value};
 use crate::expression::Stage;
 use crate::scene::{SceneLight, SceneLightSource, SceneShadow, SceneSky};
@@ -25,6 +26,14 @@ impl<'a> Elaborator<'a> {
             self.find_field(block, "dir").is_some() && self.find_field(block, "at").is_some();
         let has_neither =
             self.find_field(block, "dir").is_none() && self.find_field(block, "at").is_none();
+        // A word of another dialect is an error of its own.
+        let is_misnamed = block
+            .fields
+            .iter()
+            .any(|field| field_of_dialects("light", &field.name.name).is_some());
+        if has_neither && is_misnamed {
+            return Ok(());
+        }
         if has_both || has_neither {
             let message = "a light comes from a direction, `dir`, or from a place, `at`";
             let label = if has_both {

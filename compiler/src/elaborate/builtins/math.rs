@@ -2,7 +2,7 @@
 
 use crate::elaborate::Elaborator;
 use crate::elaborate::arguments::{Invocation, PassedArg, count_noun};
-use crate::elaborate::diagnose::dialect_advice;
+use crate::elaborate::dialects::dialect_advice;
 use crate::elaborate::numbers::{Form, assemble_value, components};
 use crate::elaborate::value::{EvalResult, Quantity, ScalarValue, Value};
 use crate::expression::ExprId;
