@@ -209,7 +209,8 @@ pub enum EngineError {
     Gpu(#[from] GpuError),
     /// The scene is too long for the engine.
     #[error(
-        "the program has {need} instructions, at most {allowed} are allowed on engine {kind} for {what}"
+        "the program has {need} instructions, at most {allowed} are allowed on engine {kind} for its stage {what}: engine cpu \
+         has no such limit"
     )]
     TooLong {
         /// The engine that rejects the scene.

@@ -117,6 +117,10 @@ const MIN_STEP_HALF_PIXELS: f64 = 0.0625;
 /// Maximum distance to an estimated root, in halves of a pixel: four pixels. A longer line may lead through a
 /// wall, and is followed only where the field falls strictly linearly.
 const MAX_SECANT_HALF_PIXELS: f64 = 8.0;
+/// Length of a line to an estimated root, in radii. A longer one is followed only from a value below the threshold.
+const MAX_UNPROVED_RADII: f64 = 4.0;
+/// Value up to which a long line is always followed, in units of the depth that makes a hit.
+const MIN_LINE_DEPTHS: f64 = 4.0;
 /// Number of steps after which a ray that falls strictly linearly goes far to a root, whatever may be in between.
 const FAR_STEPS: f64 = 256.0;
 /// Maximum step to a root of a field with unknown slopes without a sample halfway, in halves of a pixel.
@@ -357,10 +361,8 @@ fn sphere_step<R: Real>(
     let is_strictly_linear = is_steady::<R>(slope, mean_slope, STRICT_LINEARITY_TOLERANCE);
     // A field that was divided by a bound may be far above its surface, and a wall in between.
     let is_free = R::and(R::not(is_raw), is_way_free([new_t, to_root], crowd, count));
-    let is_estimate_near = R::or(
-        to_root.less(max_estimate),
-        R::and(is_strictly_linear, is_free),
-    );
+    let is_short = is_short_line::<R>([to_root, max_estimate], new_field, threshold, depth);
+    let is_estimate_near = R::or(is_short, R::and(is_strictly_linear, is_free));
     let start_value = R::select(
         is_strictly_linear,
         secant_start,
@@ -389,6 +391,27 @@ fn sphere_step<R: Real>(
 #[inline(always)]
 fn is_steady<R: Real>(slope: R, mean_slope: R, tolerance: f64) -> R::Bool {
     (slope - mean_slope).abs().less(slope * lit(-tolerance))
+}
+
+/// Reports whether a ray may follow a line of the length `to_root`, whatever stands beside it.
+///
+/// A wall may stand on the line, beyond the radius. So only a ray that is hardly above the root follows a long one.
+/// A value near its rounding, of which `depth` is a multiple, would give no line.
+#[inline(always)]
+fn is_short_line<R: Real>(
+    [to_root, max_estimate]: [R; 2],
+    new_field: R,
+    threshold: R,
+    depth: R,
+) -> R::Bool {
+    let is_mostly_proved = to_root.less(new_field * lit(MAX_UNPROVED_RADII));
+    let follows_from = threshold
+        .max(depth * lit(MIN_LINE_DEPTHS))
+        .named("follows_from");
+    R::and(
+        to_root.less(max_estimate),
+        R::or(is_mostly_proved, new_field.less(follows_from)),
+    )
 }
 
 /// Reports whether a ray may go from `new_t` to a root as far as `to_root`.

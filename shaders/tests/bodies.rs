@@ -358,6 +358,32 @@ fn tone_curves_go_through_their_points() {
 }
 
 #[test]
+fn edges_that_bend_along_diagonals_alone_are_uneven() {
+    // Around the point a field is the product of two lines, as where two strokes cross.
+    let is_uneven = |factor: f32| {
+        let at = |x: f32, y: f32| factor * (x + 0.3) * (y + 0.2) + 0.05 * (1.0 - factor) * (x - y);
+        let change = V2 {
+            x: at(1.0, 0.0) - at(0.0, 0.0),
+            y: at(0.0, 1.0) - at(0.0, 0.0),
+        };
+        views::is_uneven_edge(
+            at(0.0, 0.0),
+            at(-1.0, 0.0),
+            at(1.0, 0.0),
+            at(0.0, 1.0),
+            at(0.0, -1.0),
+            at(-1.0, 1.0),
+            at(1.0, 1.0),
+            at(-1.0, -1.0),
+            at(1.0, -1.0),
+            change,
+            0.1,
+        )
+    };
+    assert_eq!([is_uneven(1.0), is_uneven(0.0)], [1.0, 0.0]);
+}
+
+#[test]
 fn false_colours_distinguish_values() {
     assert_eq!(views::heat(0.0_f32), V3::new(0.0, 0.0, 0.0));
     assert_eq!(views::heat(1.0_f32), V3::new(1.0, 1.0, 1.0));

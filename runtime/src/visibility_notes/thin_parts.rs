@@ -29,9 +29,13 @@ pub(super) fn note(settings: &RenderSettings, scene: &Bounds) -> Option<String> 
     let (_, needed, part) = finite
         .filter_map(excess)
         .max_by(|(a, ..), (b, ..)| a.total_cmp(b))?;
+    let is_wide = part.half_diagonal() > DVec3::from(part.centre()).length();
+    let advice = match is_wide {
+        true => "Make it thicker or less wide",
+        false => "Make it thicker, or draw the scene nearer to the origin and to the camera",
+    };
     Some(format!(
-        "a part near {} is {} thin, and rounding requires {} there: it may be missing, or have holes. Make it thicker, or \
-         draw the scene nearer to the origin and to the camera",
+        "a part near {} is {} thin, and rounding requires {} at its ends: it may be missing, or have holes. {advice}",
         format_point(part.centre()),
         format_number(thickness(&part)),
         format_number(needed)

@@ -233,8 +233,8 @@ fn a_program_too_long_for_a_stage_is_refused_before_anything_runs() {
     assert_eq!(
         expected.to_string(),
         format!(
-            "the program has {} instructions, at most {allowed} are allowed on engine interp for \
-             refine_roots",
+            "the program has {} instructions, at most {allowed} are allowed on engine interp for its \
+             stage refine_roots: engine cpu has no such limit",
             allowed + 1
         )
     );
