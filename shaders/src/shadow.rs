@@ -203,6 +203,19 @@ pub fn plane_offset<R: Real>(
     gradient * factor
 }
 
+/// Returns the distance of a surface from a ray that ends `rest` ahead of a candidate. The nearest point of the surface is
+/// at `to_surface` from the candidate.
+///
+/// Of a surface beyond the end, such as the ceiling above a lamp, the plane through that point counts where it meets the
+/// plane of the light.
+#[inline(always)]
+fn distance_beside<R: Real>(to_surface: R::Vec3, direction: R::Vec3, rest: R) -> R {
+    let along = to_surface.dot(direction).named("along");
+    let across = (to_surface - direction * along).length().named("across");
+    let in_plane = (to_surface.dot(to_surface) - rest * along) / across.max(lit(1e-20));
+    R::select(rest.less(along), in_plane, across)
+}
+
 /// Returns the visibility after a candidate at `t`, by the point of a surface at `to_surface` from it. It is
 /// the distance of that point from the ray, as a fraction of the light's radius. The ray ends at `t_end`.
 /// `value` is below zero inside of a solid.
@@ -217,7 +230,7 @@ pub fn visibility_beside<R: Real>(
     t_end: R,
 ) -> R {
     let ahead = to_surface.dot(direction).min(t_end - t).named("ahead");
-    let distance = (to_surface - direction * ahead).length().named("distance");
+    let distance = distance_beside::<R>(to_surface, direction, t_end - t).named("distance");
     let signed_distance = R::select(value.less(lit(0.0)), -distance, distance);
     let sample_visibility = signed_distance / (size * (t + ahead)).max(lit(1e-20));
     visibility.min(sample_visibility).max(lit(-1.0))
@@ -346,10 +359,10 @@ pub fn rim_visibility_beside<R: Real>(
     t_end: R,
 ) -> R {
     let ahead = to_surface.dot(direction).min(t_end - t).named("ahead");
+    let distance = distance_beside::<R>(to_surface, direction, t_end - t).named("distance");
     let sideways = (to_surface - direction * ahead).named("sideways");
-    let distance = sideways.length().named("distance");
     let to_rim = direction * (lit::<R>(1.0) / direction.dot(axis).max(lit(1e-20))) - axis;
-    let edge_offset = -sideways.dot(to_rim) / (distance * size).max(lit(1e-20));
+    let edge_offset = -sideways.dot(to_rim) / (sideways.length() * size).max(lit(1e-20));
     let room = distance / (size * (t + ahead)).max(lit(1e-20));
     visibility
         .min(room - edge_offset.max(lit(1.0)))

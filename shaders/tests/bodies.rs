@@ -188,6 +188,39 @@ fn penumbras_of_shadows_do_not_depend_on_the_place_of_a_candidate() {
     }
 }
 
+/// A lamp hangs below a ceiling. The plane of the light meets the ceiling above the lamp, or not at all.
+#[test]
+fn ceilings_above_a_lamp_hide_what_they_cut_off() {
+    let (below, size) = (0.1, 0.2);
+    // Rays that end at the lamp, and rests of them on which the nearest point is still above the lamp.
+    for (angle, rests) in [
+        (0.0_f32, [0.0, 0.5]),
+        (0.3, [0.0, 0.5]),
+        (0.9, [0.0, 0.05]),
+        (1.4, [0.0, 0.01]),
+    ] {
+        let direction = V3::new(angle.sin(), angle.cos(), 0.0);
+        for rest in rests {
+            // From the candidate, the ceiling is higher by the rest of the ray.
+            let to_surface = V3::new(0.0, below + rest * angle.cos(), 0.0);
+            let found = shadow::visibility_beside::<f32>(
+                1.0,
+                to_surface,
+                direction,
+                2.0 - rest,
+                size,
+                1.0,
+                2.0,
+            );
+            let expected = (below / angle.sin() / (size * 2.0)).min(1.0);
+            assert!(
+                (found - expected).abs() < 1e-3,
+                "{found} for {expected} at {angle}, {rest}"
+            );
+        }
+    }
+}
+
 /// A ray that leaves a surface is not in it, and rounding alone makes no surface.
 #[test]
 fn sharp_shadows_begin_below_what_rounding_makes() {
