@@ -206,8 +206,7 @@ pub fn plane_offset<R: Real>(
 /// Returns the distance of a surface from a ray that ends `rest` ahead of a candidate. The nearest point of the surface is
 /// at `to_surface` from the candidate.
 ///
-/// Of a surface beyond the end, such as the ceiling above a lamp, the plane through that point counts where it meets the
-/// plane of the light.
+/// Beyond the end, as of a ceiling above a light, the plane through that point counts where it meets that of the light.
 #[inline(always)]
 fn distance_beside<R: Real>(to_surface: R::Vec3, direction: R::Vec3, rest: R) -> R {
     let along = to_surface.dot(direction).named("along");

@@ -188,11 +188,11 @@ fn penumbras_of_shadows_do_not_depend_on_the_place_of_a_candidate() {
     }
 }
 
-/// A lamp hangs below a ceiling. The plane of the light meets the ceiling above the lamp, or not at all.
+/// A light hangs below a ceiling. The plane of the light meets the ceiling above it, or not at all.
 #[test]
-fn ceilings_above_a_lamp_hide_what_they_cut_off() {
+fn ceilings_hide_as_much_of_a_light_as_they_cut_off() {
     let (below, size) = (0.1, 0.2);
-    // Rays that end at the lamp, and rests of them on which the nearest point is still above the lamp.
+    // Rays that end at the light, and rests of them on which the nearest point lies beyond its plane.
     for (angle, rests) in [
         (0.0_f32, [0.0, 0.5]),
         (0.3, [0.0, 0.5]),
