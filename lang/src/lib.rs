@@ -34,6 +34,7 @@ mod grammar {
 pub use codes::{DiagnosticCode, explain};
 pub use diagnostic::{Diagnostic, Diagnostics, Edit, Fix, Label, Severity, Style};
 pub use dump::dump;
+pub use mistakes::missing_operation;
 pub use parse::{MAX_SOURCE_BYTES, parse};
 pub use print::print;
 pub use span::{FileId, LineCol, Sources, Span};

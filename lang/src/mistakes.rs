@@ -20,6 +20,7 @@ use crate::span::{FileId, Span};
 use crate::token::Token;
 
 pub(crate) use operators::named_arguments;
+pub use prefixes::missing_operation;
 
 /// State of the parser at an error.
 pub(crate) struct ErrorContext<'c, 's> {

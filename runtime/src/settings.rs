@@ -19,6 +19,7 @@ use crate::render::{
 use camera_changes::CameraPose;
 pub use camera_changes::{CameraChanges, ViewSide};
 use camera_placement::CameraPlacement;
+pub(crate) use framing::ViewAxes;
 use framing::{FramingTarget, framed_view, plane_view};
 use glam::DVec3;
 use sdfc_vm::bounds::Bounds;

@@ -1,5 +1,7 @@
 //! Words of other dialects: OpenSCAD, shading languages and game engines.
 
+use sdfc_lang::missing_operation;
+
 /// Equivalent of another dialect's word, if there is one, and a text that explains it.
 type Advice = (Option<&'static str>, &'static str);
 
@@ -55,12 +57,6 @@ pub(crate) fn dialect_advice(name: &str) -> Option<Advice> {
         "smooth_subtraction" | "opSmoothSubtraction" => {
             advice("a smooth difference is written `a -[0.2] b`")
         }
-        "minkowski" => advice(
-            "there is no such operation; the sum of a shape and a ball is `shape.offset(radius)`",
-        ),
-        "hull" => advice(
-            "there is no such operation; the hull of two equal balls is `capsule(from, to, r)`, and `union(.., smooth:)` blends",
-        ),
         "fillet" | "rounded" | "roundover" => advice(
             "a shape rounds its own edges, `box(1, round: 0.1)`; a fillet between two shapes is `a |[fillet, 0.1] b`",
         ),
@@ -88,7 +84,9 @@ pub(crate) fn dialect_advice(name: &str) -> Option<Advice> {
         | "death_star" | "vesica" | "quad" | "superellipsoid" | "dodecahedron" | "icosahedron"
         | "rhombus" | "stairs" => advice("it is planned, and not part of the language yet"),
         "None" | "null" | "nil" => advice("an empty shape is `nothing()`"),
-        _ => number_advice(name),
+        _ => missing_operation(name)
+            .map(|text| (None, text))
+            .or_else(|| number_advice(name)),
     }
 }
 

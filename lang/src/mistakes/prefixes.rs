@@ -133,6 +133,19 @@ pub(super) fn transform_first(context: &ErrorContext<'_, '_>) -> Option<Mistake>
     })
 }
 
+/// Returns the closest equivalent of an operation of OpenSCAD that this language lacks.
+pub fn missing_operation(name: &str) -> Option<&'static str> {
+    match name {
+        "minkowski" => Some(
+            "there is no such operation; the sum of a shape and a ball is `shape.offset(radius)`",
+        ),
+        "hull" => Some(
+            "there is no such operation; the hull of two equal balls is `capsule(from, to, r)`, and `a |[0.2] b` blends",
+        ),
+        _ => None,
+    }
+}
+
 /// Explains other calls with a block: `hull() { sphere(1); box(1); }`.
 pub(super) fn block_after_call(context: &ErrorContext<'_, '_>) -> Option<Mistake> {
     let close = context.relative_index(-1)?;
@@ -147,15 +160,8 @@ pub(super) fn block_after_call(context: &ErrorContext<'_, '_>) -> Option<Mistake
     let name = shorten(name);
     let message = format!("`{name}` takes no block");
     let diagnostic = Diagnostic::error(codes::E0133, context.token_span(start), message);
-    let help = match name.as_str() {
-        "hull" => {
-            "there is no hull; that of two equal balls is `capsule(from, to, r)`, and `a |[0.2] b` blends"
-        }
-        "minkowski" => {
-            "there is no such operation; the sum of a shape and a ball is `shape.offset(radius)`"
-        }
-        _ => "shapes stand between the brackets, `f(a, b)`, and are joined by `|`, `-` and `&`",
-    };
+    let other = "shapes stand between the brackets, `f(a, b)`, and are joined by `|`, `-` and `&`";
+    let help = missing_operation(&name).unwrap_or(other);
     Some(Mistake {
         diagnostic: diagnostic.help(help),
         index: context.closer(context.index).unwrap_or(context.index),

@@ -289,14 +289,14 @@ pub(super) fn point_ahead(view: &View, distance: f64) -> [f64; 3] {
 }
 
 /// The axes of an image: to the right, to the upper edge, and towards the camera.
-struct ViewAxes {
-    right: DVec3,
-    up: DVec3,
-    back: DVec3,
+pub(crate) struct ViewAxes {
+    pub(crate) right: DVec3,
+    pub(crate) up: DVec3,
+    pub(crate) back: DVec3,
 }
 
 impl ViewAxes {
-    fn from_view(view: &View) -> Self {
+    pub(crate) fn from_view(view: &View) -> Self {
         let back = unit(DVec3::from(view.from) - DVec3::from(view.look)).unwrap_or(DVec3::Z);
         // Any perpendicular direction is valid if `up` is parallel to the view.
         let right = unit(DVec3::from(view.up).cross(back))

@@ -2,6 +2,7 @@
 
 use super::{field_at, format_number};
 use crate::render::{Image, RenderSettings, ResolvedLens};
+use crate::settings::ViewAxes;
 use glam::DVec3;
 use sdfc_vm::program::Module;
 
@@ -15,11 +16,8 @@ pub(super) fn note(module: &Module, settings: &RenderSettings, image: &Image) ->
     let ResolvedLens::Orthographic(height) = settings.view.lens else {
         return None;
     };
-    let [from, look, up] =
-        [settings.view.from, settings.view.look, settings.view.up].map(DVec3::from);
-    let back = (from - look).normalize_or(DVec3::Z);
-    let right = up.cross(back).normalize_or(DVec3::X);
-    let up = back.cross(right);
+    let ViewAxes { right, up, .. } = ViewAxes::from_view(&settings.view);
+    let from = DVec3::from(settings.view.from);
     let [width, rows] = [image.width, image.height];
     let unit = height / rows as f64;
     let shows_inside = |column: usize, row: usize| {
