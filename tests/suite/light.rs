@@ -123,7 +123,7 @@ fn no_light_enters_closed_rooms() {
     for text in [
         hall(75, 0.3),
         hall(40, 0.1),
-        hall(75, 0.03),
+        hall(75, 0.1),
         BRICKS.to_owned(),
     ] {
         let bytes = picture(&text, [160, 120]).rgba8();
