@@ -27,7 +27,7 @@ use std::fmt::Write as _;
 /// Size of the pictures.
 const SIZE: [u32; 2] = [64, 48];
 /// Factor of the size of finer pictures, which show what is narrower than a pixel.
-const FINE_SCALE: u32 = 4;
+const FINE_SCALE: u32 = 8;
 /// Number of random scenes in an ordinary run, and their cost relative to a damaged text.
 const SCENES: u64 = 60;
 const COST: u64 = 1000;
@@ -197,6 +197,9 @@ fn faults(engine: &mut dyn Engine, random_scene: &RandomScene, variants: &[Varia
             continue;
         }
         let (head, body) = shrink::shrink(head, body, |head, body| {
+            if variant.rewrite != Rewrite::Plain && !rewrites(head).contains(&variant.rewrite) {
+                return false;
+            }
             let text = scene::text(head, body, Rewrite::Plain);
             draw(engine, &text, &plain_options())
                 .is_ok_and(|base| difference(engine, &base, (head, body), variant).is_some())
