@@ -18,6 +18,7 @@ pub fn encode_png(size: [usize; 2], rgba: &[u8]) -> Result<Vec<u8>, String> {
         .all(|[_, _, _, alpha]| *alpha == 255);
     let mut file = Vec::new();
     let mut encoder = png::Encoder::new(&mut file, width, height);
+    encoder.set_compression(png::Compression::Fast);
     encoder.set_depth(png::BitDepth::Eight);
     encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
     let rgb: Vec<u8>;

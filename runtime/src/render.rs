@@ -3,10 +3,12 @@
 //! This module depends neither on the language nor on an engine. [`RenderSettings`] are converted to the
 //! uniform data that CPU and GPU share ([`prepare`]); the result is an [`Image`].
 
+mod display;
 pub(crate) mod plane;
 mod prepare;
 pub(crate) mod ray;
 
+pub use display::Display;
 pub use plane::{ExactValues, PixelPlane};
 pub use prepare::{Axes, RenderJob, prepare};
 pub use sdfc_shaders::features::{Features, Mode, Normals, Occlusion};
@@ -15,8 +17,6 @@ pub use sdfc_shaders::marching::Status;
 pub use sdfc_vm::settings::Tonemap;
 
 use glam::DVec3;
-use sdfc_shaders::tone;
-use sdfc_vm::vector::V3;
 use std::ops::{ControlFlow, Range};
 
 /// Receives the progress of a render. Any function of the completed fraction implements it and never stops
@@ -264,40 +264,6 @@ pub struct Geometry {
     pub normal: Vec<[f32; 3]>,
 }
 
-/// The conversion of colours to bytes.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Display {
-    /// Factor on all light.
-    pub exposure: f32,
-    /// The tone curve.
-    pub tonemap: Tonemap,
-    /// Set if the colours are light; otherwise (normals, depths, …) they are shown as they are.
-    pub is_light: bool,
-    /// Set if that is the light of a lit scene, which is exposed and tone mapped.
-    pub is_lit_scene: bool,
-}
-
-impl Display {
-    /// Converts a colour to the bytes of a pixel, exposed, tone mapped and encoded where it shows light.
-    #[inline]
-    pub fn bytes(&self, [r, g, b, _]: [f32; 4]) -> [u8; 4] {
-        let mut color = V3::new(r, g, b);
-        if self.is_lit_scene {
-            color = color * self.exposure;
-            color = match self.tonemap {
-                Tonemap::None => color,
-                Tonemap::Reinhard => tone::reinhard::<f32>(color),
-                Tonemap::Aces => tone::filmic::<f32>(color),
-            };
-        }
-        if self.is_light {
-            color = tone::encode::<f32>(color);
-        }
-        let byte = |channel: f32| tone::to_byte(channel) as u8;
-        [byte(color.x), byte(color.y), byte(color.z), 255]
-    }
-}
-
 /// A rendered image with its data per pixel. All lists are by rows from the upper left.
 #[derive(Clone, Debug)]
 pub struct Image {
@@ -391,10 +357,7 @@ impl Image {
 
     /// Returns the image as red, green, blue and alpha bytes, encoded for a screen (sRGB) where it shows light.
     pub fn rgba8(&self) -> Vec<u8> {
-        self.color
-            .iter()
-            .flat_map(|&color| self.display.bytes(color))
-            .collect()
+        self.display.all_bytes(&self.color)
     }
 }
 
