@@ -1,6 +1,7 @@
 //! Notes on pictures that show less than their scene. Nothing may be in view, a camera or a light inside a
 //! solid, or a light too faint.
 
+mod buried_parts;
 mod buried_rays;
 mod deepest_point;
 mod thin_parts;
@@ -88,7 +89,8 @@ pub fn notes(module: &Module, settings: &RenderSettings, image: &Image) -> Vec<S
         notes.extend(lights.filter_map(|light| dark_light_note(module, settings, light)));
         if !is_inside {
             notes.extend(buried_rays::note(module, settings, image));
-            notes.extend(uniform_picture::note(settings, image));
+            let buried_parts = buried_parts::note(settings);
+            notes.extend(buried_parts.or_else(|| uniform_picture::note(settings, image)));
         }
         if !covers_nothing {
             notes.extend(thin_parts::note(settings, &module.settings.bounds));
@@ -109,7 +111,7 @@ fn is_in_half_space(settings: &RenderSettings, point: [f64; 3]) -> bool {
 }
 
 /// Powers of ten by which sample points are scaled, where nothing says how large a solid is.
-const SAMPLE_SCALES: std::ops::Range<i32> = -2..6;
+const SAMPLE_SCALES: std::ops::Range<i32> = -2..16;
 
 /// Reports whether no point outside of the solid is known. Beyond a side of its box, all points are outside.
 fn is_everywhere_inside(module: &Module, is_2d: bool) -> bool {

@@ -575,6 +575,7 @@ fn constants(features: &Features) -> Vec<(&'static str, String)> {
             "INSIDE_RAY_NUMBER",
             format!("{:?}", shadow::INSIDE_RAY_NUMBER),
         ),
+        ("HALF_VISIBILITY", format!("{:?}", shadow::HALF_VISIBILITY)),
         (
             "MAX_HIDDEN_VISIBILITY",
             format!("{:?}", shadow::MAX_HIDDEN_VISIBILITY),

@@ -235,8 +235,8 @@ pub fn probe_outcome<R: Real>(
     )
 }
 
-/// Returns the value with which another round begins after an outcome of 0. A value below zero there is
-/// rounding: only the candidate itself can lie in a solid.
+/// Returns the value with which a shadow's candidate or another round begins. A value below zero there is rounding:
+/// rays end in solids.
 #[inline(always)]
 pub fn restart_value<R: Real>(field: R) -> R {
     field.max(lit(1e-30))

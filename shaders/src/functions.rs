@@ -122,7 +122,7 @@ functions! {
     shadow_is_candidate = shadow::is_candidate(sample_visibility, last_visibility, visibility);
     shadow_sample_visibility = shadow::visibility_at(field, t, size);
     shadow_visibility_beside = shadow::visibility_beside(
-        visibility, to_surface, direction, t, size, value, t_end
+        visibility, to_surface, gradient, direction, t, size, value, t_end, grazing_visibility
     );
     shadow_slope = shadow::slope(field, field_before, step);
     shadow_step_to_passed_sheet = shadow::step_to_passed_sheet(field, field_before, step, slope_before, margin);

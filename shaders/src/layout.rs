@@ -163,10 +163,10 @@ shared! {
         solid_half_space_count: u32,
         /// Number of the first half spaces that are solid from their planes on.
         exact_half_space_count: u32,
+        /// Maximum length of shadow rays.
+        light_far: f32,
         /// Padding to a multiple of 16 bytes.
         reserved0: u32,
-        /// Padding.
-        reserved1: u32,
     }
 }
 

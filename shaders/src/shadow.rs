@@ -60,6 +60,10 @@ pub fn start_t<R: Real>(min_step: R, is_sharp: R) -> R {
         )
 }
 
+/// Visibility of half of a light. A plane along a ray leaves as much of a light whose centre lies in it. (Of a light with
+/// a size, half is visible at 0.)
+pub const HALF_VISIBILITY: f32 = 0.5;
+
 /// Placeholder for the visibility at the previous sample where it must not be compared with.
 pub const NO_LAST_VISIBILITY: f32 = 1e30;
 
@@ -215,23 +219,62 @@ fn distance_beside<R: Real>(to_surface: R::Vec3, direction: R::Vec3, rest: R) ->
     R::select(rest.less(along), in_plane, across)
 }
 
+/// Sine of the angle between a ray and a surface beyond its light from which on that surface counts as behind the light.
+const MIN_BACKING_SINE: f64 = 0.25;
+/// Tolerance of the end of a ray, in radii of the light: a light may touch the surface beyond it.
+const BACKING_TOLERANCE: f64 = 0.01;
+
+/// Returns the visibility of a round light whose centre lies in a surface beyond it, such as a ceiling; 0 for a surface
+/// before it. The surface is at `along` on a ray that ends `rest` ahead.
+///
+/// Half of a ball remains in front of a plane through its centre. Its outline is half a disc, and half an ellipse that
+/// is as wide as the sine of the angle between ray and plane.
+#[inline(always)]
+fn backed_visibility<R: Real>(
+    gradient: R::Vec3,
+    direction: R::Vec3,
+    along: R,
+    rest: R,
+    radius: R,
+    grazing_visibility: R,
+) -> R {
+    let sine = (-gradient.dot(direction) / gradient.length().max(lit(1e-20)))
+        .saturate()
+        .named("sine");
+    let is_beyond = rest.less(along + radius * lit(BACKING_TOLERANCE));
+    let weight = (sine / lit(MIN_BACKING_SINE)).min(lit(1.0));
+    let backed = grazing_visibility + (lit::<R>(1.0) - grazing_visibility) * sine;
+    R::select(is_beyond, weight * backed, lit(0.0))
+}
+
 /// Returns the visibility after a candidate at `t`, by the point of a surface at `to_surface` from it. It is
 /// the distance of that point from the ray, as a fraction of the light's radius. The ray ends at `t_end`.
-/// `value` is below zero inside of a solid.
+/// `value` is below zero inside of a solid, and `gradient` leads away from the surface.
+///
+/// A surface before the light that reaches its centre hides it. One beyond leaves `grazing_visibility` or more.
 #[inline(always)]
+#[expect(clippy::too_many_arguments, reason = "the state of a candidate")]
 pub fn visibility_beside<R: Real>(
     visibility: R,
     to_surface: R::Vec3,
+    gradient: R::Vec3,
     direction: R::Vec3,
     t: R,
     size: R,
     value: R,
     t_end: R,
+    grazing_visibility: R,
 ) -> R {
-    let ahead = to_surface.dot(direction).min(t_end - t).named("ahead");
-    let distance = distance_beside::<R>(to_surface, direction, t_end - t).named("distance");
+    let (along, rest) = (to_surface.dot(direction), t_end - t);
+    let ahead = along.min(rest).named("ahead");
+    let distance = distance_beside::<R>(to_surface, direction, rest).named("distance");
+    let radius = (size * (t + ahead)).max(lit(1e-20)).named("radius");
     let signed_distance = R::select(value.less(lit(0.0)), -distance, distance);
-    let sample_visibility = signed_distance / (size * (t + ahead)).max(lit(1e-20));
+    let open = (signed_distance / radius).named("open");
+    let hidden = (lit::<R>(1.0) - open).max(lit(0.0)).named("hidden");
+    let backed =
+        backed_visibility::<R>(gradient, direction, along, rest, radius, grazing_visibility);
+    let sample_visibility = open + hidden * backed;
     visibility.min(sample_visibility).max(lit(-1.0))
 }
 

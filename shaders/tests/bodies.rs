@@ -151,7 +151,17 @@ fn shadows_are_numbers_between_none_and_all() {
         let ahead = V3::new(1.0, 0.0, 0.0);
         let v = shadow::hard_visibility(1.0, h, 1e-4);
         assert!((0.0..=1.0).contains(&v), "{v} from {h}");
-        let v = shadow::visibility_beside::<f32>(1.0, to_surface, ahead, t, size, h, 60.0);
+        let v = shadow::visibility_beside::<f32>(
+            1.0,
+            to_surface,
+            -to_surface,
+            ahead,
+            t,
+            size,
+            h,
+            60.0,
+            shadow::HALF_VISIBILITY,
+        );
         assert!((-1.0..=1.0).contains(&v), "{v} from {h} {t} {size}");
         for v in [shadow::light_fraction(v), shadow::light_fraction_sized(v)] {
             assert!((0.0..=1.0).contains(&v), "{v}");
@@ -173,11 +183,13 @@ fn penumbras_of_shadows_do_not_depend_on_the_place_of_a_candidate() {
             let found = shadow::visibility_beside::<f32>(
                 1.0,
                 to_surface,
+                -to_surface,
                 direction,
                 t,
                 1.0,
                 side * aside,
                 9.0,
+                shadow::HALF_VISIBILITY,
             );
             let expected = side * aside / at;
             assert!(
@@ -203,20 +215,28 @@ fn ceilings_hide_as_much_of_a_light_as_they_cut_off() {
         for rest in rests {
             // From the candidate, the ceiling is higher by the rest of the ray.
             let to_surface = V3::new(0.0, below + rest * angle.cos(), 0.0);
-            let found = shadow::visibility_beside::<f32>(
-                1.0,
-                to_surface,
-                direction,
-                2.0 - rest,
-                size,
-                1.0,
-                2.0,
-            );
-            let expected = (below / angle.sin() / (size * 2.0)).min(1.0);
-            assert!(
-                (found - expected).abs() < 1e-3,
-                "{found} for {expected} at {angle}, {rest}"
-            );
+            // Of a light with a size, and of others: a ball whose centre is below the ceiling is seen from below.
+            for grazing in [0.0, shadow::HALF_VISIBILITY] {
+                let found = shadow::visibility_beside::<f32>(
+                    1.0,
+                    to_surface,
+                    V3::new(0.0, -1.0, 0.0),
+                    direction,
+                    2.0 - rest,
+                    size,
+                    1.0,
+                    2.0,
+                    grazing,
+                );
+                let open = (below / angle.sin() / (size * 2.0)).min(1.0);
+                let cosine = angle.cos();
+                let backed = grazing + (1.0 - grazing) * cosine;
+                let expected = open + (1.0 - open) * backed * (cosine / 0.25).min(1.0);
+                assert!(
+                    (found - expected).abs() < 1e-3,
+                    "{found} for {expected} at {angle}, {rest}"
+                );
+            }
         }
     }
 }

@@ -117,6 +117,19 @@ const BRICKS: &str = "camera { from: [1.9, 0.59, 2.95], look: [0.2, 0.36, -0.62]
     | box(0.2, 0.3, 0.6).repeat([5.8, 0.3, 0.6], [2, 10, 13]).translate(0, 1.5, 0) \
     | box(6, 0.1, 8.2).translate(0, 3.05, 0) | plane(Y, at: 0)";
 
+/// Halls around the camera. What shades their walls is farther away than all that is in view.
+const AROUND: [&str; 2] = [
+    "camera { from: [0, 1.5, 0], look: [-6, 1.2, 0], fov: 70deg }\n\
+     sky { ambient: 0 }\n\
+     light { dir: [1, 0.1, 0], intensity: 3, shadow: hard }\n\
+     box(12.4, 3.4, 4.4).translate(0, 1.5, 0) - box(12, 3, 4).translate(0, 1.5, 0)",
+    "camera { from: [3.325, 1.21, 1.763], look: [0.92, 0.44, 1.48], fov: 50deg }\n\
+     sky { ambient: 0 }\n\
+     light { at: [4.619, 1.51, 2.51], intensity: 3, shadow: soft(0.01) }\n\
+     (box(6.4, 2.9, 4.4).translate(3.09, 1.25, 1.2) - box(6, 2.5, 4).translate(3.09, 1.25, 1.2)) \
+     | box(0.08, 2.5, 4).translate(4.12, 1.25, 1.2)",
+];
+
 /// Without ambient light, nothing is seen in a closed room. The foot of a wall shows no floor behind it.
 #[test]
 fn no_light_enters_closed_rooms() {
@@ -125,12 +138,43 @@ fn no_light_enters_closed_rooms() {
         hall(40, 0.1),
         hall(75, 0.1),
         BRICKS.to_owned(),
+        AROUND[0].to_owned(),
+        AROUND[1].to_owned(),
     ] {
         let bytes = picture(&text, [160, 120]).rgba8();
         let lit = bytes
             .chunks(4)
             .filter(|pixel| pixel[..3].iter().any(|&v| v > 20));
         assert_eq!(lit.count(), 0, "{text}");
+    }
+}
+
+/// Lights hang from the ceiling, touch it, or are in its plane. A ball at a ceiling lights most of a room, and evenly.
+#[test]
+fn lights_at_a_ceiling_reach_the_room() {
+    let room = |height: f64, shadow: &str| {
+        format!(
+            "camera {{ from: [0, 1.2, 1.8], look: [0, 0.6, -1], fov: 80deg }}\n\
+             light {{ at: [0, {height}, 0], intensity: 10, shadow: {shadow} }}\n\
+             sky {{ ambient: 0 }}\n\
+             render {{ occlusion: off }}\n\
+             box(4.4, 2.9, 4.4).translate(0, 1.25, 0) - box(4, 2.5, 4).translate(0, 1.25, 0)"
+        )
+    };
+    for height in [2.5, 2.4999, 2.499, 2.45] {
+        let sum = |shadow: &str| {
+            let image = picture(&room(height, shadow), [80, 60]);
+            assert_eq!(bright_dots(&image, 24), [[0; 2]; 0], "{height}, {shadow}");
+            image.rgba8().iter().map(|&v| f64::from(v)).sum::<f64>()
+        };
+        let sharp = sum("hard");
+        for shadow in ["soft(0.1)", "plain(0.1)", "sized(0.1)"] {
+            let fraction = sum(shadow) / sharp;
+            assert!(
+                (0.75..1.0).contains(&fraction),
+                "{height}, {shadow}: {fraction}"
+            );
+        }
     }
 }
 

@@ -33,6 +33,8 @@ const BEYOND_ALL_RAYS: f32 = 1e9;
 const MIN_SLOPE: f64 = 1e-18;
 /// Maximum slope that a message advises to state: steps for a greater one are too short to be useful.
 const MAX_STATED_SLOPE: f64 = 1e3;
+/// Minimum distance at which a message advises to end a field. In larger scenes it is their size.
+const MIN_ADVISED_END: f64 = 4.0;
 /// Slopes that are divided by in `f32`.
 const REPRESENTABLE_SLOPES: RangeInclusive<f64> = 1e-30..=1e30;
 /// Largest value at undefined points, below the end of `f32`.
@@ -431,9 +433,12 @@ impl Lowering<'_> {
             let bound = bound.filter(|bound| (1.0..=MAX_STATED_SLOPE).contains(bound));
             let stated_slope =
                 bound.map(|bound| format!("state a bound, `field(…, lipschitz: {bound})`"));
+            let end = round_up(self.slopes.size().max(MIN_ADVISED_END));
+            let stated_end = may_state_end
+                .then(|| format!("state where the shape ends, `field(…, within: {end})`"));
             let advice = [
                 stated_slope.as_deref(),
-                may_state_end.then_some("state where the shape ends, `field(…, within: 4)`"),
+                stated_end.as_deref(),
                 Some("keep away from poles with `max`"),
             ];
             let advice: Vec<&str> = advice.into_iter().flatten().collect();
@@ -542,6 +547,12 @@ fn unbounded_warning(span: Span, guess: f64, advice: &[&str]) -> Diagnostic {
 /// Returns the largest distance from a point near a box to a surface in it.
 fn max_surface_distance(bounds: &Bounds) -> f64 {
     margin(bounds) + 2.0 * bounds.half_diagonal()
+}
+
+/// Rounds a positive number up to one digit.
+fn round_up(v: f64) -> f64 {
+    let unit = 10.0_f64.powf(v.log10().floor());
+    (v / unit).ceil() * unit
 }
 
 /// Joins words as a list of alternatives.

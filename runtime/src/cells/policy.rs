@@ -47,6 +47,9 @@ pub(crate) fn scene_cube(frame: &FrameUniforms) -> Option<Aabb> {
     scene_extent(frame).map(|extent| enclosing_cube(&extent, ROUNDING_MARGIN))
 }
 
+/// Largest half side of a cube that is split. The squares of its sides do not overflow.
+const MAX_EXTENT: f32 = 1e15;
+
 /// Returns the scene's bounds, clipped to the length of rays.
 fn scene_extent(frame: &FrameUniforms) -> Option<Aabb> {
     let camera = frame.origin;
@@ -55,7 +58,7 @@ fn scene_extent(frame: &FrameUniforms) -> Option<Aabb> {
         .iter()
         .map(|&v| Vec3::from(v).length())
         .sum();
-    let far = (frame.far + view_extent).min(1e9);
+    let far = (frame.far + view_extent).min(MAX_EXTENT);
     let low: [f32; 3] = std::array::from_fn(|i| frame.bounds_min[i].max(camera[i] - far));
     let high: [f32; 3] = std::array::from_fn(|i| frame.bounds_max[i].min(camera[i] + far));
     let extent = Aabb { low, high };

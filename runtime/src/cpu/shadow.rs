@@ -410,7 +410,7 @@ impl<const FORM: u32> LightParams<FORM> {
             & !goes_back;
         let if_candidate = |new: f32, old: f32| self.choice.choose(is_candidate, new, old);
         block.candidate_t.0[i] = if_candidate(t, block.candidate_t.0[i]);
-        block.value.0[i] = if_candidate(field, block.value.0[i]);
+        block.value.0[i] = if_candidate(candidate::restart_value::<f32>(field), block.value.0[i]);
         block.last_visibility.0[i] = select(sample_visibility, block.last_visibility.0[i]);
         let has_passed_minimum = (!is_candidate | is_at_end) & !goes_back;
         let has_candidate = block.candidate_t.0[i] > 0.0;

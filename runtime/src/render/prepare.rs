@@ -230,7 +230,7 @@ pub fn prepare(settings: &RenderSettings, facts: &FieldFacts) -> RenderJob {
         normal_taps: normals::first_tap(settings.normals) as u32,
         flags: flag(foggy, layout::FOG_FLAG) | flag(hemisphere, layout::HEMISPHERE_FLAG),
         least_rounding: (marching::ROUNDING_PER_UNIT * least) as f32,
-        ..enclosure_uniforms(settings)
+        ..extent_uniforms(settings, light_far(settings, facts, approach))
     };
     let features = Features {
         mode: settings.mode,
@@ -272,9 +272,10 @@ fn corner(v: [f64; 3]) -> [f32; 3] {
     v.map(|x| x.clamp(-INFINITE_BOUND, INFINITE_BOUND) as f32)
 }
 
-/// Returns uniforms with the enclosure of an endless scene, and zeros elsewhere.
-fn enclosure_uniforms(settings: &RenderSettings) -> layout::FrameUniforms {
+/// Returns uniforms with the enclosure of an endless scene and the length of shadow rays, and zeros elsewhere.
+fn extent_uniforms(settings: &RenderSettings, light_far: f64) -> layout::FrameUniforms {
     let mut uniforms = layout::FrameUniforms {
+        light_far: light_far as f32,
         extended_far: settings.extended_far.min(INFINITE_BOUND) as f32,
         ..layout::FrameUniforms::default()
     };
@@ -306,13 +307,27 @@ fn approach(settings: &RenderSettings, facts: &FieldFacts, forward: [f64; 3]) ->
     }
     let radius = facts.bounds.half_diagonal() * 1.01;
     let distance = centre_depth(settings, facts, forward) - 2.0 * radius;
-    // If rays end inside the scene, so do shadows; then the start is not moved.
+    // If rays end inside the scene, the start is not moved.
     let reaches_past_scene = settings.far > distance + 4.0 * radius;
     if radius > 0.0 && distance > 0.0 && reaches_past_scene {
         distance
     } else {
         0.0
     }
+}
+
+/// Returns the maximum length of shadow rays. From any point of the finite part of a scene they reach beyond that part,
+/// wherever the camera is and its rays end.
+fn light_far(settings: &RenderSettings, facts: &FieldFacts, approach: f64) -> f64 {
+    let enclosed = settings
+        .enclosure
+        .as_ref()
+        .map(|enclosure| enclosure.finite);
+    let mut parts = [Some(facts.bounds), enclosed].into_iter().flatten();
+    let finite = parts.find(|bounds| bounds.is_finite() && !bounds.is_empty());
+    let diameter = finite.map_or(0.0, |bounds| 2.0 * bounds.half_diagonal());
+    // Twice the diameter: penumbras end beyond the box.
+    (settings.far - approach).max(2.0 * diameter)
 }
 
 /// Returns the coordinates from which rounding is counted: along rays from `origin`, and at the origin of the scene.
@@ -364,6 +379,13 @@ fn depth_range(settings: &RenderSettings, facts: &FieldFacts, forward: [f64; 3])
     let distance = settings.view.target_distance();
     if !facts.bounds.is_finite() {
         return [0.0, (2.0 * distance).min(settings.far)];
+    }
+    let from = settings.view.from;
+    if facts.bounds.distance(from) == 0.0 {
+        // From inside, a ray ends at the farthest corner.
+        let corners = facts.bounds.corners().into_iter();
+        let lengths = corners.map(|corner| DVec3::from(corner).distance(from.into()));
+        return [0.0, lengths.fold(0.0, f64::max).min(settings.far)];
     }
     let middle = centre_depth(settings, facts, forward);
     let radius = facts.bounds.half_diagonal();

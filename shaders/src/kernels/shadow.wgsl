@@ -15,6 +15,16 @@ fn next_stride(light: LightRecord, field: f32, t: f32, min_step: f32, size: f32)
     return shadow_stride(field, t, min_step, size);
 }
 
+// Returns the visibility after a probe of a ray to the centre of a light, which found a surface.
+fn probed_visibility(
+    ray: ShadowRayState, to_surface: vec3f, direction: vec3f, t_end: f32, shadow_form: u32
+) -> f32 {
+    return shadow_visibility_beside(
+        ray.visibility, to_surface, ray.gradient, direction, ray.candidate_t, ray.size, ray.value, t_end,
+        select(HALF_VISIBILITY, 0.0, shadow_form == SHADOW_SIZED)
+    );
+}
+
 @compute @workgroup_size(64)
 fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) groups: vec3u) {
     let k = line_index(id, groups);
@@ -43,7 +53,7 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
     // From the start of the ray, so that it ends at the light and not beside it.
     let to_light = light.position - start * light.is_positional;
     let axis = unit(to_light);
-    let light_t = select(frame.far, min(frame.far, length3(to_light)), light.is_positional > 0.0);
+    let light_t = select(frame.light_far, min(frame.light_far, length3(to_light)), light.is_positional > 0.0);
     let min_step = shadow_min_step(half, height);
     let start_t = shadow_start(min_step, is_sharp);
     let side = select(1.0, -1.0, (primary.status & FROM_INSIDE) != 0u);
@@ -131,9 +141,7 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
                 let visibility = ray.visibility;
                 // At the light, not where the ray leaves the bounds: light does not depend on these.
                 var t_end = light_t;
-                ray.visibility = shadow_visibility_beside(
-                    visibility, to_surface, direction, ray.candidate_t, ray.size, ray.value, t_end
-                );
+                ray.visibility = probed_visibility(ray, to_surface, direction, t_end, light.shadow_form);
 #if sized
                 if is_rim {
                     t_end = shadow_light_plane(direction, axis, light_t);
@@ -278,7 +286,7 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
                 ray.last_visibility = sample_visibility;
                 if is_candidate {
                     ray.candidate_t = t;
-                    ray.value = field;
+                    ray.value = candidate_restart_value(field);
                 }
                 if (!is_candidate || at_end) && ray.candidate_t > 0.0 && !out_of_steps {
                     ray.phase = 1.0;

@@ -245,6 +245,21 @@ const SCENES: &[(&str, &str, &str)] = &[
         "all of the picture has one color: a flat face fills it",
     ),
     (
+        "a part below a floor",
+        "sphere(4).translate(0, -20, 0) | plane(Y)",
+        "all parts but floors and walls without an end lie between [-4, -24, -4] and [4, -16, 4]",
+    ),
+    (
+        "a part flush with a floor",
+        "box(10).translate(0, -5, 0) | plane(Y)",
+        "inside of one of these, which hides them",
+    ),
+    (
+        "a part sunk into a floor",
+        "box(10).translate(0, -4, 0) | plane(Y)",
+        "",
+    ),
+    (
         "a figure that is nowhere",
         "circle(1) - circle(2)",
         "Perhaps all of it is cut away",

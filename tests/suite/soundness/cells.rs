@@ -150,6 +150,12 @@ fn slopes_and_gradients_of_cells_bound_those_in_them() {
             slopes += usize::from(cell.slope < 1.0);
             for lane in 0..LANES {
                 let p = point_at(points, lane);
+                let [x, y, z] = p;
+                let drawn_gradient = gradient::<f32>(&field.program, V3::new(x, y, z)).gradient;
+                if drawn_gradient.length().is_nan() {
+                    // Beyond the range of `f32`, the exact field is not the one that is drawn.
+                    continue;
+                }
                 let [x, y, z] = p.map(f64::from);
                 let exact_gradient = gradient::<f64>(&field.program, V3::new(x, y, z)).gradient;
                 let is_within = [exact_gradient.x, exact_gradient.y, exact_gradient.z]

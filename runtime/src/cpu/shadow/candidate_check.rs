@@ -55,26 +55,8 @@ impl<const FORM: u32> LightParams<FORM> {
         let surface_offset = candidate::surface_offset::<f32>(offset, next, value, field);
         let (t, v) = (hidden(&block.candidate_t), hidden(&block.visibility));
         let direction = lane_direction(block, i);
-        // At the light, not at the exit from the bounds: light does not depend on these.
-        let light_t = block.light_t.0[i];
-        let visibility =
-            shadow::visibility_beside::<f32>(v, surface_offset, direction, t, size, value, light_t);
-        let (visibility, light_t) = if FORM == SIZED && block.ray_number.0[i] > 0.0 {
-            let axis = lane_axis(block, i);
-            let light_t = shadow::light_plane_t::<f32>(direction, axis, light_t);
-            let rim_visibility = shadow::rim_visibility_beside::<f32>(
-                v,
-                surface_offset,
-                direction,
-                axis,
-                t,
-                size,
-                light_t,
-            );
-            (rim_visibility, light_t)
-        } else {
-            (visibility, light_t)
-        };
+        let (visibility, light_t) =
+            self.probed_visibility(block, i, [v, value], [surface_offset, gradient]);
         let choose = |changes: bool, new: f32, old: f32| self.choice.choose(changes, new, old);
         block.visibility.0[i] = choose(is_found, visibility, v);
         let (round, moves) = (hidden(&block.round), hidden(&block.moves));
@@ -153,6 +135,53 @@ impl<const FORM: u32> LightParams<FORM> {
         );
         let is_last = is_finished & ((block.ends_after_check.0[i] > 0.0) | is_dark | out_of_steps);
         (!is_finished & out_of_steps, is_last)
+    }
+
+    /// Returns the visibility of a ray after a probe, with the distance to the light or to the plane of its rim. The probe
+    /// began at a candidate's `value` and found a surface at an offset.
+    #[inline(always)]
+    fn probed_visibility(
+        self,
+        block: &ShadowLanes,
+        i: usize,
+        [visibility, value]: [f32; 2],
+        [surface_offset, gradient]: [V3<f32>; 2],
+    ) -> (f32, f32) {
+        let direction = lane_direction(block, i);
+        let t = self.choice.hide(block.candidate_t.0[i]);
+        let size = lane_size::<FORM>(block, i, self.size);
+        // At the light, not at the exit from the bounds: light does not depend on these.
+        let light_t = block.light_t.0[i];
+        if FORM == SIZED && block.ray_number.0[i] > 0.0 {
+            let axis = lane_axis(block, i);
+            let plane_t = shadow::light_plane_t::<f32>(direction, axis, light_t);
+            let rim_visibility = shadow::rim_visibility_beside::<f32>(
+                visibility,
+                surface_offset,
+                direction,
+                axis,
+                t,
+                size,
+                plane_t,
+            );
+            return (rim_visibility, plane_t);
+        }
+        let grazing_visibility = match FORM {
+            SIZED => 0.0,
+            _ => shadow::HALF_VISIBILITY,
+        };
+        let visibility = shadow::visibility_beside::<f32>(
+            visibility,
+            surface_offset,
+            gradient,
+            direction,
+            t,
+            size,
+            value,
+            light_t,
+            grazing_visibility,
+        );
+        (visibility, light_t)
     }
 
     /// Reports whether the current ray sees nothing more of the light. The ray to the centre of a light with

@@ -5,7 +5,7 @@ use super::{
     lane_direction, set_direction,
 };
 use crate::cpu::ray_tasks::lane_vector;
-use sdfc_shaders::{marching, shadow};
+use sdfc_shaders::{candidate, marching, shadow};
 
 /// Transitions of the lanes' rays after an evaluation: a ray goes on, ends, or begins as a rim ray.
 #[derive(Default)]
@@ -104,7 +104,11 @@ impl<const FORM: u32> LightParams<FORM> {
             choose(is_running, sample_visibility, block.last_visibility.0[i]);
         let candidate_t = choose(is_candidate, t, kept_t);
         block.candidate_t.0[i] = candidate_t;
-        block.value.0[i] = choose(is_candidate, field, block.value.0[i]);
+        block.value.0[i] = choose(
+            is_candidate,
+            candidate::restart_value::<f32>(field),
+            block.value.0[i],
+        );
         let begins_check =
             is_running & (!is_candidate | is_at_end) & (candidate_t > 0.0) & !out_of_steps;
         begin_candidate_check(self.choice, block, i, begins_check, is_at_end);

@@ -125,8 +125,8 @@ fn find_start(
     let to_light_from_start = light_position - start * light.is_positional;
     let direction = camera::unit::<f32>(to_light_from_start);
     let length = to_light_from_start.length();
-    let is_near = (light.is_positional > 0.0) & (length < frame.far);
-    let light_t = if is_near { length } else { frame.far };
+    let is_near = (light.is_positional > 0.0) & (length < frame.light_far);
+    let light_t = if is_near { length } else { frame.light_far };
     let (low, high) = (vector(frame.bounds_min), vector(frame.bounds_max));
     set_lane_vector!(block, lane, start_x, start_y, start_z, start);
     set_lane_vector!(
