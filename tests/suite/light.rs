@@ -188,6 +188,29 @@ fn a_tall_post_far_away_changes_no_penumbra() {
     assert_eq!(differing_channels(&texts[0], &texts[1]), 0);
 }
 
+/// Stated slopes that are a little below those that are found change no penumbra of a wide light.
+#[test]
+fn stated_slopes_change_no_penumbra() {
+    let scene = |field: &str, slope: &str| {
+        format!(
+            "camera {{ from: [3, 2.5, 4], look: [0, 0, 0], fov: 38deg }}\n\
+             light {{ dir: [-1, 2, 1], intensity: 3, shadow: soft(0.3) }}\n\
+             render {{ occlusion: off }}\n\
+             (field(fn(p) => {field}{slope}) & box(2)) | plane(Y, at: -1.3)"
+        )
+    };
+    for (field, slope) in [
+        ("0.4 - cos(5 * p.x) * cos(5 * p.z)", ", lipschitz: 5.02"),
+        (
+            "sin(5 * p.x) * cos(5 * p.y) + sin(5 * p.y) * cos(5 * p.z) + sin(5 * p.z) * cos(5 * p.x)",
+            ", lipschitz: 8.7",
+        ),
+    ] {
+        let channels = differing_channels(&scene(field, ""), &scene(field, slope));
+        assert_eq!(channels, 0, "{field}");
+    }
+}
+
 /// Penumbras of wide lights depend only on surfaces, not on the fields that define them, alone or in a
 /// point map.
 #[test]
