@@ -9,6 +9,8 @@ use sdfc_shaders::camera::SAMPLE_SHIFT;
 
 /// Maximum number of channels of edge pixels that rounding changes in a picture.
 const MAX_EDGE_CHANNELS: usize = 12;
+/// Maximum number where the slope bound of one field is a third greater: wide penumbras of turned bars follow it.
+const MAX_LOOSE_CHANNELS: usize = 30;
 
 /// Draws a text with one sample per pixel.
 fn picture(text: &str, size: [u32; 2]) -> Image {
@@ -188,7 +190,7 @@ fn a_tall_post_far_away_changes_no_penumbra() {
     assert_eq!(differing_channels(&texts[0], &texts[1]), 0);
 }
 
-/// Stated slopes that are a little below those that are found change no penumbra of a wide light.
+/// Stated slopes that are below those that are found change no penumbra of a wide light.
 #[test]
 fn stated_slopes_change_no_penumbra() {
     let scene = |field: &str, slope: &str| {
@@ -205,6 +207,7 @@ fn stated_slopes_change_no_penumbra() {
             "sin(5 * p.x) * cos(5 * p.y) + sin(5 * p.y) * cos(5 * p.z) + sin(5 * p.z) * cos(5 * p.x)",
             ", lipschitz: 8.7",
         ),
+        ("length(p) - 1 + 0.35 * noise(p * 4)", ", lipschitz: 3.5"),
     ] {
         let channels = differing_channels(&scene(field, ""), &scene(field, slope));
         assert_eq!(channels, 0, "{field}");
@@ -226,7 +229,7 @@ fn wide_lights_depend_only_on_surfaces() {
     let wavy = "warp(fn(p) => [p.x, p.y + 0.2 * sin(3 * p.x), p.z])";
     let two = |ball: &str, map: &str| format!("({ball} | sphere(0.3).translate(0.9, 0, 0)).{map}");
     let ball = "sphere(0.5)";
-    let mut pairs: Vec<[String; 2]> = [
+    let mut pairs: Vec<([String; 2], usize)> = [
         "field(fn(p) => dot(p, p) - 0.25)",
         "field(fn(p) => pow(length(p), 3) - 0.125)",
         "field(fn(p) => exp(length(p)) - exp(0.5))",
@@ -236,7 +239,7 @@ fn wide_lights_depend_only_on_surfaces() {
         "field(fn(p) => 2 - 1 / length(p))",
         "field(fn(p) => 4 - 1 / dot(p, p))",
     ]
-    .map(|field| [field.to_owned(), ball.to_owned()])
+    .map(|field| ([field.to_owned(), ball.to_owned()], MAX_EDGE_CHANNELS))
     .to_vec();
     for field in [
         "field(fn(p) => 50 * (length(p) - 0.5))",
@@ -244,31 +247,37 @@ fn wide_lights_depend_only_on_surfaces() {
         "field(fn(p) => pow(dot(p, p), 6) - pow(0.25, 6))",
     ] {
         for map in [wavy, "twist(20deg)"] {
-            pairs.push([two(field, map), two(ball, map)]);
+            pairs.push(([two(field, map), two(ball, map)], MAX_EDGE_CHANNELS));
         }
     }
     let turned = "fn turned(p: vec3) -> vec3 { let c = cos(1.2 * p.y); let s = sin(1.2 * p.y); \
         [c * p.x - s * p.z, p.y, s * p.x + c * p.z] }\n";
     let bar = "field(fn(p) => { let q = abs(turned(p)) - [0.2, 0.5, 0.2]; \
-        length(max(q, vec3(0))) + min(max(q.x, max(q.y, q.z)), 0) }, lipschitz: 2)";
-    pairs.push([
-        format!("{turned}box(0.4, 1, 0.4).warp(turned)"),
-        format!("{turned}{bar}"),
-    ]);
+        length(max(q, vec3(0))) + min(max(q.x, max(q.y, q.z)), 0) })";
+    pairs.push((
+        [
+            format!("{turned}box(0.4, 1, 0.4).warp(turned)"),
+            format!("{turned}{bar}"),
+        ],
+        MAX_LOOSE_CHANNELS,
+    ));
     // Half of a slot that ends at its mirror plane.
     let slotted = |slot: &str| format!("(box(1.2, 0.6, 1.2) - {slot})");
-    pairs.push([
-        slotted("box(0.2, 0.6, 2).translate(0.1, 0.2, 0).mirror(X)"),
-        slotted("box(0.4, 0.6, 2).translate(0, 0.2, 0)"),
-    ]);
+    pairs.push((
+        [
+            slotted("box(0.2, 0.6, 2).translate(0.1, 0.2, 0).mirror(X)"),
+            slotted("box(0.4, 0.6, 2).translate(0, 0.2, 0)"),
+        ],
+        MAX_EDGE_CHANNELS,
+    ));
     let mut failures = Vec::new();
     for light in [
         "dir: [0.5, 0.8, 0.3], shadow: soft(0.4)",
         "dir: [-0.6, 0.8, 0.2], shadow: plain(0.3)",
     ] {
-        for [first, other] in &pairs {
+        for ([first, other], max_count) in &pairs {
             let count = differing_channels(&scene(light, first), &scene(light, other));
-            if count > MAX_EDGE_CHANNELS {
+            if count > *max_count {
                 failures.push(format!("{light}, {first}: {count} channels"));
             }
         }
