@@ -110,7 +110,7 @@ functions! {
     shadow_start = shadow::start_t(min_step, is_sharp);
     shadow_exit = shadow::exit_t(origin, direction, low, high, light_t, size);
     shadow_candidate_limit = shadow::candidate_limit(t, size);
-    shadow_moved_candidate = shadow::moved_candidate_t(to_surface, gradient, direction, t, t_end, value, round, moves);
+    shadow_moved_candidate = shadow::moved_candidate_t(to_surface, gradient, direction, t, t_end, value, round, moves, gain);
     shadow_earlier_candidate = shadow::earlier_candidate_t(t, size, moves);
     shadow_cannot_darken = shadow::cannot_darken(field, t, size, bound);
     shadow_plane_offset = shadow::plane_offset(to_surface, gradient, direction);
@@ -122,7 +122,7 @@ functions! {
     shadow_is_candidate = shadow::is_candidate(sample_visibility, last_visibility, visibility);
     shadow_sample_visibility = shadow::visibility_at(field, t, size);
     shadow_visibility_beside = shadow::visibility_beside(
-        visibility, to_surface, gradient, direction, t, size, value, t_end, grazing_visibility
+        visibility, to_surface, gradient, direction, t, size, value, round, t_end, grazing_visibility
     );
     shadow_slope = shadow::slope(field, field_before, step);
     shadow_step_to_passed_sheet = shadow::step_to_passed_sheet(field, field_before, step, slope_before, margin);

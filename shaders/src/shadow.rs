@@ -130,13 +130,22 @@ pub fn exit_t<R: Real>(
 
 /// Maximum tangent of the angle between the direction to a surface and the plane across the ray for a
 /// candidate that stays in place.
-const MAX_AHEAD_TANGENT: f64 = 0.2;
+const MAX_AHEAD_TANGENT: f64 = 0.05;
 
 /// Minimum cosine of the angle between the direction to a point of a surface and the normal there for the
 /// nearest point.
-const MIN_NEAREST_COSINE: f64 = 0.98;
+const MIN_NEAREST_COSINE: f64 = 0.999;
 /// Maximum number of moves of a candidate.
-const MAX_MOVES: f64 = 3.0;
+const MAX_MOVES: f64 = 12.0;
+/// Minimum reduction of the visibility by a move that another one follows.
+const MIN_MOVE_GAIN: f64 = 0.001;
+
+/// Returns the value of the field at a candidate itself, as far as its sign matters: the one of the first round. Later rounds
+/// begin beside the ray, where a solid may be.
+#[inline(always)]
+fn value_on_ray<R: Real>(value: R, round: R) -> R {
+    R::select(round.less(lit(0.5)), value, lit(1.0))
+}
 
 /// Returns the distance along the ray beside a point of a surface, at which the candidate is probed once
 /// more. [`NO_CANDIDATE`] where that would find nothing new. The point is at `to_surface` from a candidate at
@@ -153,18 +162,24 @@ pub fn moved_candidate_t<R: Real>(
     value: R,
     round: R,
     moves: R,
+    gain: R,
 ) -> R {
     let ahead = to_surface.dot(direction).named("ahead");
     let sideways = (to_surface - direction * ahead).named("sideways");
     let distance = sideways.length().named("distance");
-    let is_across = ahead.abs().less(distance * lit(MAX_AHEAD_TANGENT));
+    let shift = ahead + distance * distance / (t + ahead).max(lit(1e-20));
+    let shift = shift.named("shift");
+    let is_across = shift.abs().less(distance * lit(MAX_AHEAD_TANGENT));
     // The point that one probe finds is the nearest one, and leads to no other at the same place.
     let along_gradient = sideways.dot(gradient).abs().named("along_gradient");
     let min_along = distance * gradient.length() * lit(MIN_NEAREST_COSINE);
     let is_nearest = R::or(round.less(lit(0.5)), min_along.less(along_gradient));
-    let target = t + ahead;
+    let target = t + shift;
     let is_on_ray = R::and(lit::<R>(0.0).less(target), target.less(t_end));
-    let is_open = R::and(lit::<R>(0.0).less(value), moves.less(lit(MAX_MOVES - 0.5)));
+    let has_gained = R::or(moves.less(lit(1.5)), lit::<R>(MIN_MOVE_GAIN).less(gain));
+    let may_continue = R::and(has_gained, moves.less(lit(MAX_MOVES - 0.5)));
+    let is_outside = lit::<R>(0.0).less(value_on_ray(value, round));
+    let is_open = R::and(is_outside, may_continue);
     let may_move = R::and(
         R::and(is_on_ray, is_open),
         R::not(R::and(is_across, is_nearest)),
@@ -249,7 +264,7 @@ fn backed_visibility<R: Real>(
 
 /// Returns the visibility after a candidate at `t`, by the point of a surface at `to_surface` from it. It is
 /// the distance of that point from the ray, as a fraction of the light's radius. The ray ends at `t_end`.
-/// `value` is below zero inside of a solid, and `gradient` leads away from the surface.
+/// `value` is below zero inside of a solid, in the first `round`. `gradient` leads away from the surface.
 ///
 /// A surface before the light that reaches its centre hides it. One beyond leaves `grazing_visibility` or more.
 #[inline(always)]
@@ -262,6 +277,7 @@ pub fn visibility_beside<R: Real>(
     t: R,
     size: R,
     value: R,
+    round: R,
     t_end: R,
     grazing_visibility: R,
 ) -> R {
@@ -269,7 +285,8 @@ pub fn visibility_beside<R: Real>(
     let ahead = along.min(rest).named("ahead");
     let distance = distance_beside::<R>(to_surface, direction, rest).named("distance");
     let radius = (size * (t + ahead)).max(lit(1e-20)).named("radius");
-    let signed_distance = R::select(value.less(lit(0.0)), -distance, distance);
+    let is_inside = value_on_ray(value, round).less(lit(0.0));
+    let signed_distance = R::select(is_inside, -distance, distance);
     let open = (signed_distance / radius).named("open");
     let hidden = (lit::<R>(1.0) - open).max(lit(0.0)).named("hidden");
     let backed =

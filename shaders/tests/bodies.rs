@@ -159,6 +159,7 @@ fn shadows_are_numbers_between_none_and_all() {
             t,
             size,
             h,
+            0.0,
             60.0,
             shadow::HALF_VISIBILITY,
         );
@@ -188,6 +189,7 @@ fn penumbras_of_shadows_do_not_depend_on_the_place_of_a_candidate() {
                 t,
                 1.0,
                 side * aside,
+                0.0,
                 9.0,
                 shadow::HALF_VISIBILITY,
             );
@@ -225,6 +227,7 @@ fn ceilings_hide_as_much_of_a_light_as_they_cut_off() {
                     2.0 - rest,
                     size,
                     1.0,
+                    0.0,
                     2.0,
                     grazing,
                 );

@@ -20,7 +20,7 @@ fn probed_visibility(
     ray: ShadowRayState, to_surface: vec3f, direction: vec3f, t_end: f32, shadow_form: u32
 ) -> f32 {
     return shadow_visibility_beside(
-        ray.visibility, to_surface, ray.gradient, direction, ray.candidate_t, ray.size, ray.value, t_end,
+        ray.visibility, to_surface, ray.gradient, direction, ray.candidate_t, ray.size, ray.value, ray.round, t_end,
         select(HALF_VISIBILITY, 0.0, shadow_form == SHADOW_SIZED)
     );
 }
@@ -120,7 +120,7 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
             var probe_ends = false;
             if ray.phase < 0.75 {
                 let is_offset = any(ray.offset != vec3f(0.0));
-                ray.value = select(field, candidate_restart_value(field), is_offset);
+                ray.value = field;
                 ray.phase = 1.0;
                 let bound = shadow_candidate_bound(ray.visibility, ray.ray_number);
                 probe_ends = !is_offset && shadow_cannot_darken(field, ray.candidate_t, ray.size, bound) > 0.0;
@@ -151,7 +151,8 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
                 }
 #end
                 let target_t = shadow_moved_candidate(
-                    to_surface, ray.gradient, direction, ray.candidate_t, t_end, ray.value, ray.round, ray.moves
+                    to_surface, ray.gradient, direction, ray.candidate_t, t_end, ray.value, ray.round, ray.moves,
+                    visibility - ray.visibility
                 );
                 if target_t > 0.0 && ray.visibility > dark_visibility {
                     // After several rounds the next probe counts as a later round, too.

@@ -69,6 +69,7 @@ impl<const FORM: u32> LightParams<FORM> {
             value,
             round,
             moves,
+            v - visibility,
         );
         let plane_offset = shadow::plane_offset::<f32>(surface_offset, gradient, direction);
         let is_dark = self.is_dark(block, i);
@@ -87,8 +88,7 @@ impl<const FORM: u32> LightParams<FORM> {
 
         let restart_value = candidate::restart_value::<f32>(field);
         let kept_value = choose(is_repeat, restart_value, value);
-        let start_value = if is_offset { restart_value } else { field };
-        block.value.0[i] = choose(is_start, start_value, kept_value);
+        block.value.0[i] = choose(is_start, field, kept_value);
         let zero = V3::splat(0.0);
         let forgets = is_repeat | is_moving | is_restart;
         let gradient_part = |new: f32, old: f32| choose(is_tap, new, choose(forgets, 0.0, old));
@@ -178,6 +178,7 @@ impl<const FORM: u32> LightParams<FORM> {
             t,
             size,
             value,
+            self.choice.hide(block.round.0[i]),
             light_t,
             grazing_visibility,
         );
