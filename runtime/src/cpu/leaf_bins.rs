@@ -11,6 +11,9 @@ use sdfc_vm::vector::V3;
 /// Side of a packet in pixels: 64 rays with nearly the same direction.
 pub(super) const PACKET_SIDE: u32 = 8;
 
+/// Side of a bundle in packets: its rays go through a leaf together.
+pub(super) const BUNDLE_SIDE: u32 = 4;
+
 /// A leaf in a packet's list.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct BinnedLeaf {

@@ -1,4 +1,4 @@
-//! The stage `march` through cells: the rays of a packet go from leaf to leaf together.
+//! The stage `march` through cells: the rays of a bundle of packets go from leaf to leaf together ([`bundle`]).
 //!
 //! In a leaf a ray goes from its entry to its exit, on the leaf's own tape and with the leaf's slope bound.
 //! Between leaves there is no surface, and no evaluation. A leaf that lies in the last empty sphere is
@@ -16,30 +16,26 @@
 //! Lists are sorted by the smallest distance of any ray, which is not the order for each ray. So a hit counts
 //! until a nearer one is found, and leaves behind it are not entered.
 
+pub(super) mod bundle;
 mod entry;
 mod interval_cull;
 mod refine_roots;
 mod segments;
 
-use super::camera_rays::CameraRay;
-use super::leaf_bins::BinnedLeaf;
 use super::march::{next_point, outcome, step_lane, takes_probe};
 use super::ray_tasks::{ColumnChoice, Lanes, is_nan, lane_ray, lanes, store_point};
 use super::{AabbLanes, Evaluator, F32x64, GradientRangeLanes, LANES, Points, RangeLanes};
-use crate::cells::{Cell, Cells, Occupancy};
+use crate::cells::Cell;
 use crate::render::ray::vector;
-use entry::{
-    bound_directions, cull_entered, entry_points, init_packet, intersect_box, misses_leaf,
-};
+use entry::{bound_directions, cull_entered, entry_points, misses_leaf};
 use interval_cull::cull_clear;
 use refine_roots::{estimate_roots, refine_roots};
 use sdfc_shaders::camera;
 use sdfc_shaders::layout::{FrameUniforms, RayState};
-use sdfc_shaders::marching::{self, FROM_INSIDE, MAX_SECANT_STEPS, SHOWN, Status};
+use sdfc_shaders::marching::{self, MAX_SECANT_STEPS};
 use sdfc_vm::lanes::CHUNK;
 use sdfc_vm::multiversion;
 use sdfc_vm::real::Real;
-use sdfc_vm::vector::V3;
 use segments::{leave_segments, segment_boxes};
 
 /// Placeholder for the crowded part of a ray: a leaf is small.
@@ -72,19 +68,42 @@ lanes! {
     }
 }
 
+/// State of a packet of a bundle.
+struct BundledPacket {
+    packet: Packet,
+    /// Index in the tile of each ray.
+    items: [u32; LANES],
+    /// Values of the field at the entries into the present leaf.
+    values: F32x64,
+    /// Mask of the rays that may meet a surface in the present leaf.
+    crossing: u64,
+    /// Leaf in which each ray ended.
+    hit_leaves: [u32; LANES],
+}
+
+impl Default for BundledPacket {
+    fn default() -> Self {
+        Self {
+            packet: Packet::default(),
+            items: [0; LANES],
+            values: F32x64::default(),
+            crossing: 0,
+            hit_leaves: [NO_LEAF; LANES],
+        }
+    }
+}
+
 /// Buffers of a march.
 #[derive(Default)]
 pub(super) struct Marcher {
-    packet: Packet,
+    bundle: Vec<BundledPacket>,
     leaf_rays: LeafRays,
     roots: Roots,
     /// Number of hits in `roots`.
     hit_count: usize,
-    /// Leaf in which each ray ended.
-    hit_leaves: Vec<u32>,
     points: Points,
     values: F32x64,
-    entry_values: F32x64,
+    entry_points: Points,
     boxes: AabbLanes,
     range: RangeLanes,
     gradient_range: GradientRangeLanes,
@@ -94,225 +113,134 @@ pub(super) struct Marcher {
     pub(super) visits: [u64; 2],
 }
 
-/// Reports whether all rays are parallel to an axis.
-fn is_axis_aligned(frame: &FrameUniforms) -> bool {
-    let nonzero_axes = frame.forward.iter().filter(|d| d.abs() > 1e-6).count();
-    frame.half_pixel_growth == 0.0 && nonzero_axes == 1
-}
-
 /// Number of steps in a leaf after which interval bounds cull the remaining segments, and factor to the
 /// number of steps of the next cull.
 const INTERVAL_CULL_STEPS: u32 = 4;
 /// Number of steps before the first cull where gradient bounds already cull rays at the entry.
-const INTERVAL_CULL_STEPS_WITH_GRADIENT: u32 = 16;
+const INTERVAL_CULL_STEPS_WITH_GRADIENT: u32 = 6;
 
 /// Largest ratio of the greatest to the least rate of decrease in a leaf at which secant steps find the root
 /// from anywhere in it.
 const MAX_DECREASE_RATIO: f32 = 4.0;
 
 impl Marcher {
-    /// Marches the rays of a packet, whose indices in the tile are `items`, and stores the leaf in which each
-    /// ended. Returns the number of evaluations.
-    pub(super) fn march(
-        &mut self,
-        frame: &FrameUniforms,
-        (cells, leaf_list): (&Cells, &[BinnedLeaf]),
-        items: &[u32],
-        camera_rays: &[CameraRay],
-        (rays, points, leaves): (&mut [RayState], &mut [V3<f32>], &mut [u32]),
-        evaluator: &mut dyn Evaluator,
-    ) -> u64 {
-        let starts_inside = init_packet(items, camera_rays, &mut self.packet);
-        for (lane, &item) in items.iter().enumerate() {
-            rays[item as usize] = RayState {
-                t: self.packet.end_t.0[lane],
-                trend: -1.0,
-                t_before: self.packet.begin_t.0[lane],
-                status: Status::Miss as u32,
-                ..RayState::default()
-            };
-        }
-        if starts_inside {
-            self.find_sides(cells, items.len(), evaluator);
-        } else if leaf_list.is_empty() {
-            return 0;
-        }
-        self.hit_leaves.clear();
-        self.hit_leaves.resize(LANES, NO_LEAF);
-        self.max_slope = cells.max_slope();
-        let mut evaluations = 0;
-        if !leaf_list.is_empty() && evaluator.is_raw() && is_axis_aligned(frame) {
-            evaluations += self.cull_axis_aligned(cells.cell(0), items.len(), evaluator);
-        }
-        for binned_leaf in leaf_list {
-            let cell = cells.cell(binned_leaf.cell);
-            if cells.may_be_discontinuous() {
-                // Beyond a discontinuity no sphere around a point is known to be empty.
-                self.packet.clear_to = F32x64([f32::NEG_INFINITY; LANES]);
-            }
-            let crossings = intersect_box(&cell.region, &mut self.packet);
-            self.visits[0] += 1;
-            if crossings.farthest < binned_leaf.min_ray_t {
-                break;
-            }
-            if crossings.lanes != 0 {
-                self.visits[1] += 1;
-                let leaf = (binned_leaf.cell, cell);
-                evaluations +=
-                    self.march_leaf(frame, leaf, crossings.lanes, items, rays, evaluator);
-            }
-        }
-        let p = &self.packet;
-        for (lane, &item) in items.iter().enumerate() {
-            let ray = &mut rays[item as usize];
-            ray.steps = p.steps.0[lane] as u32;
-            leaves[item as usize] = self.hit_leaves[lane];
-            if p.side.0[lane] < 0.0 {
-                ray.status |= FROM_INSIDE;
-            }
-            if ray.status & SHOWN == 0 {
-                continue;
-            }
-            let (origin, direction) = lane_ray!(p, lane);
-            points[item as usize] = camera::point_along::<f32>(origin, direction, ray.t);
-        }
-        evaluations
+    /// Collects a ray at its entry into the leaf, with the field's value there.
+    fn collect_lane(&mut self, [number, lane]: [usize; 2], slot: usize) {
+        let (bundled, block) = (&self.bundle[number], &mut self.leaf_rays);
+        let p = &bundled.packet;
+        block.lane.0[slot] = (number * LANES + lane) as f32;
+        block.origin_x.0[slot] = p.origin_x.0[lane];
+        block.origin_y.0[slot] = p.origin_y.0[lane];
+        block.origin_z.0[slot] = p.origin_z.0[lane];
+        block.direction_x.0[slot] = p.direction_x.0[lane];
+        block.direction_y.0[slot] = p.direction_y.0[lane];
+        block.direction_z.0[slot] = p.direction_z.0[lane];
+        block.exit_t.0[slot] = p.exit_t.0[lane];
+        block.leaf_exit_t.0[slot] = p.exit_t.0[lane];
+        block.t.0[slot] = p.entry_t.0[lane];
+        block.t_before.0[slot] = p.entry_t.0[lane];
+        block.side.0[slot] = p.side.0[lane];
+        block.steps.0[slot] = p.steps.0[lane];
+        self.values.0[slot] = bundled.values.0[lane];
     }
 
-    /// Finds the side of the surface on which the rays start, before any goes through a leaf. Their origin
-    /// may lie on the face between two leaves.
-    fn find_sides(&mut self, cells: &Cells, lanes: usize, evaluator: &mut dyn Evaluator) {
-        let mut previous: Option<([f32; 3], f32)> = None;
-        for lane in 0..lanes {
-            let p = &self.packet;
-            if p.begin_t.0[lane] > 0.0 {
-                continue;
-            }
-            let origin = [p.origin_x.0[lane], p.origin_y.0[lane], p.origin_z.0[lane]];
-            let side = match previous {
-                Some((previous_origin, side)) if previous_origin == origin => side,
-                _ => self.side_at(cells, origin, evaluator),
-            };
-            previous = Some((origin, side));
-            self.packet.side.0[lane] = side;
-        }
-    }
-
-    /// Returns −1 for a point inside the solid, else 1.
-    fn side_at(&mut self, cells: &Cells, point: [f32; 3], evaluator: &mut dyn Evaluator) -> f32 {
-        match cells.occupancy_at(point) {
-            Occupancy::Full => -1.0,
-            Occupancy::Empty => 1.0,
-            Occupancy::Leaf(cell) => {
-                for (column, v) in self.points.iter_mut().zip(point) {
-                    column.0.fill(v);
-                }
-                evaluator.distances_in_cell(cell, &self.points, 1, &mut self.values);
-                if self.values.0[0] < 0.0 { -1.0 } else { 1.0 }
-            }
-        }
-    }
-
-    /// Ends rays that meet no surface at all. The bounding box of an axis-aligned ray is the ray itself, and
-    /// faces often run along all of it.
-    fn cull_axis_aligned(
-        &mut self,
-        root: &Cell,
-        lanes: usize,
-        evaluator: &mut dyn Evaluator,
-    ) -> u64 {
-        let p = &mut self.packet;
-        p.entry_t = p.begin_t;
-        p.exit_t = p.end_t;
-        let crossing = (0..lanes).filter(|&lane| p.entry_t.0[lane] <= p.exit_t.0[lane]);
-        let crossing_lanes = crossing.fold(0, |crossing_lanes, lane| crossing_lanes | 1 << lane);
-        let count = self.collect(crossing_lanes);
-        bound_directions(root, &mut self.leaf_rays);
-        let evaluations = self.cull_by_interval(0, count, evaluator);
-        for slot in 0..count {
-            let lane = self.leaf_rays.lane.0[slot] as usize;
-            if self.leaf_rays.outcome.0[slot] == outcome::EXITED {
-                self.packet.end_t.0[lane] = f32::NEG_INFINITY;
-            }
-        }
-        evaluations
-    }
-
-    /// Collects rays at their entry into the leaf, with the field's values there. Returns their number.
-    fn collect(&mut self, rays: u64) -> usize {
-        let (p, block) = (&self.packet, &mut self.leaf_rays);
-        let mut count = 0;
-        for lane in set_bits(rays) {
-            block.lane.0[count] = lane as f32;
-            block.origin_x.0[count] = p.origin_x.0[lane];
-            block.origin_y.0[count] = p.origin_y.0[lane];
-            block.origin_z.0[count] = p.origin_z.0[lane];
-            block.direction_x.0[count] = p.direction_x.0[lane];
-            block.direction_y.0[count] = p.direction_y.0[lane];
-            block.direction_z.0[count] = p.direction_z.0[lane];
-            block.exit_t.0[count] = p.exit_t.0[lane];
-            block.leaf_exit_t.0[count] = p.exit_t.0[lane];
-            block.t.0[count] = p.entry_t.0[lane];
-            block.t_before.0[count] = p.entry_t.0[lane];
-            block.side.0[count] = p.side.0[lane];
-            block.steps.0[count] = p.steps.0[lane];
-            self.values.0[count] = self.values.0[lane];
-            count += 1;
-        }
+    /// Begins the march of collected rays.
+    fn begin_group(&mut self) {
+        let block = &mut self.leaf_rays;
         block.field = F32x64::default();
         block.step = F32x64::default();
         block.trend = F32x64([-1.0; LANES]);
         block.field_before = F32x64::default();
-        count
     }
 
-    /// Evaluates the field at the entry points of these rays. Each value is stored in the ray's lane.
-    fn sample_entries(&mut self, cell: u32, rays: u64, evaluator: &mut dyn Evaluator) {
-        entry_points(&self.packet, &mut self.points);
-        let (lanes, ray_count) = (LANES - rays.leading_zeros() as usize, rays.count_ones());
-        if whole_chunks(ray_count as usize) == whole_chunks(lanes) {
-            evaluator.distances_in_cell(cell, &self.points, lanes, &mut self.values);
-            return;
-        }
-        for (slot, lane) in set_bits(rays).enumerate() {
-            for axis in &mut self.points {
-                axis.0[slot] = axis.0[lane];
+    /// Evaluates the field at the entry points of all rays that cross a leaf. Returns their number.
+    fn sample_entries(&mut self, cell: u32, evaluator: &mut dyn Evaluator) -> u64 {
+        let mut crossing_count = 0;
+        let (mut sources, mut count) = ([[0; 2]; LANES], 0);
+        for number in 0..self.bundle.len() {
+            let crossing = self.bundle[number].crossing;
+            if crossing == 0 {
+                continue;
+            }
+            crossing_count += u64::from(crossing.count_ones());
+            entry_points(&self.bundle[number].packet, &mut self.entry_points);
+            for lane in set_bits(crossing) {
+                for (column, entries) in self.points.iter_mut().zip(&self.entry_points) {
+                    column.0[count] = entries.0[lane];
+                }
+                sources[count] = [number, lane];
+                count += 1;
+                if count == LANES {
+                    self.evaluate_entries(cell, &sources, evaluator);
+                    count = 0;
+                }
             }
         }
-        evaluator.distances_in_cell(
-            cell,
-            &self.points,
-            ray_count as usize,
-            &mut self.entry_values,
-        );
-        for (slot, lane) in set_bits(rays).enumerate() {
-            self.values.0[lane] = self.entry_values.0[slot];
+        if count > 0 {
+            self.evaluate_entries(cell, &sources[..count], evaluator);
+        }
+        crossing_count
+    }
+
+    /// Evaluates the field at collected entry points. Each value is stored in the lane of its ray.
+    fn evaluate_entries(
+        &mut self,
+        cell: u32,
+        sources: &[[usize; 2]],
+        evaluator: &mut dyn Evaluator,
+    ) {
+        evaluator.distances_in_cell(cell, &self.points, sources.len(), &mut self.values);
+        for (slot, &[number, lane]) in sources.iter().enumerate() {
+            self.bundle[number].values.0[lane] = self.values.0[slot];
         }
     }
 
-    /// Marches these rays through the leaf. The rays that the entry test does not cull are collected. Of
-    /// these, the ended ones stay in their lanes until they occupy half of the lanes. Carrying them along
-    /// costs less than moving the others each time.
+    /// Marches the rays that cross a leaf through it, as many as fill the lanes at once.
     fn march_leaf(
         &mut self,
         frame: &FrameUniforms,
         (cell_index, cell): (u32, &Cell),
-        entering: u64,
-        items: &[u32],
         rays: &mut [RayState],
         evaluator: &mut dyn Evaluator,
     ) -> u64 {
-        let mut evaluations = u64::from(entering.count_ones());
-        self.sample_entries(cell_index, entering, evaluator);
-        let culled = match cell.may_be_discontinuous {
-            true => 0,
-            false => cull_entered(frame, cell, &self.values, &mut self.packet),
-        };
-        let remaining = entering & !culled;
-        if remaining == 0 {
-            return evaluations;
+        let mut evaluations = self.sample_entries(cell_index, evaluator);
+        let mut count = 0;
+        for number in 0..self.bundle.len() {
+            let bundled = &mut self.bundle[number];
+            if bundled.crossing != 0 && !cell.may_be_discontinuous {
+                let (values, packet) = (&bundled.values, &mut bundled.packet);
+                bundled.crossing &= !cull_entered(frame, cell, values, packet);
+            }
         }
-        let mut count = self.collect(remaining);
+        for number in 0..self.bundle.len() {
+            for lane in set_bits(self.bundle[number].crossing) {
+                self.collect_lane([number, lane], count);
+                count += 1;
+                if count == LANES {
+                    evaluations +=
+                        self.march_group(frame, (cell_index, cell), count, rays, evaluator);
+                    count = 0;
+                }
+            }
+        }
+        if count > 0 {
+            evaluations += self.march_group(frame, (cell_index, cell), count, rays, evaluator);
+        }
+        evaluations
+    }
+
+    /// Marches collected rays through a leaf. The ended ones stay in their lanes until they occupy half of the
+    /// lanes. Carrying them along costs less than moving the others each time.
+    fn march_group(
+        &mut self,
+        frame: &FrameUniforms,
+        (cell_index, cell): (u32, &Cell),
+        mut count: usize,
+        rays: &mut [RayState],
+        evaluator: &mut dyn Evaluator,
+    ) -> u64 {
+        let mut evaluations = 0;
+        self.begin_group();
         bound_directions(cell, &mut self.leaf_rays);
         self.hit_count = 0;
         let is_raw = evaluator.is_raw();
@@ -329,7 +257,7 @@ impl Marcher {
                 remaining_rays = active & leave_segments(cell, count, &mut self.leaf_rays);
             }
             if remaining_rays != active {
-                self.retire(frame, active & !remaining_rays, cell_index, items, rays);
+                self.retire(frame, active & !remaining_rays, cell_index, rays);
                 (active, count) = self.compact_lanes(remaining_rays, count);
             }
             if steps == next_cull && active != 0 {
@@ -347,7 +275,7 @@ impl Marcher {
                     next_cull *= INTERVAL_CULL_STEPS;
                 }
                 let remaining_rays = active & active_lanes(&self.leaf_rays);
-                self.retire(frame, active & !remaining_rays, cell_index, items, rays);
+                self.retire(frame, active & !remaining_rays, cell_index, rays);
                 (active, count) = self.compact_lanes(remaining_rays, count);
             }
             if active == 0 {
@@ -357,7 +285,7 @@ impl Marcher {
             evaluator.distances_in_cell(cell_index, &self.points, count, &mut self.values);
             evaluations += u64::from(active.count_ones());
         }
-        evaluations + self.refine_hits(frame, cell_index, items, rays, evaluator)
+        evaluations + self.refine_hits(frame, cell_index, rays, evaluator)
     }
 
     /// Culls collected rays whose interval bounds exclude a surface in this cell. Returns the number of
@@ -375,16 +303,9 @@ impl Marcher {
     }
 
     /// Stores the results of rays that ended.
-    fn retire(
-        &mut self,
-        frame: &FrameUniforms,
-        ended: u64,
-        cell: u32,
-        items: &[u32],
-        rays: &mut [RayState],
-    ) {
+    fn retire(&mut self, frame: &FrameUniforms, ended: u64, cell: u32, rays: &mut [RayState]) {
         for slot in set_bits(ended) {
-            self.retire_lane(frame, slot, cell, items, rays);
+            self.retire_lane(frame, slot, cell, rays);
         }
     }
 
@@ -412,7 +333,6 @@ impl Marcher {
         &mut self,
         frame: &FrameUniforms,
         cell: u32,
-        items: &[u32],
         rays: &mut [RayState],
         evaluator: &mut dyn Evaluator,
     ) -> u64 {
@@ -433,9 +353,10 @@ impl Marcher {
         }
         let block = &self.roots;
         for slot in 0..count {
-            let lane = block.lane.0[slot] as usize;
-            self.packet.end_t.0[lane] = block.t.0[slot];
-            let ray = &mut rays[items[lane] as usize];
+            let [number, lane] = ray_of_slot(block.lane.0[slot]);
+            let bundled = &mut self.bundle[number];
+            bundled.packet.end_t.0[lane] = block.t.0[slot];
+            let ray = &mut rays[bundled.items[lane] as usize];
             ray.t = block.t.0[slot];
             ray.field = block.field.0[slot] * block.slope.0[slot];
             ray.t_before = block.t_other.0[slot];
@@ -450,18 +371,19 @@ impl Marcher {
         frame: &FrameUniforms,
         slot: usize,
         cell: u32,
-        items: &[u32],
         rays: &mut [RayState],
     ) {
         let block = &self.leaf_rays;
-        let lane = block.lane.0[slot] as usize;
-        self.packet.steps.0[lane] = block.steps.0[slot];
-        self.packet.side.0[lane] = block.side.0[slot];
+        let [number, lane] = ray_of_slot(block.lane.0[slot]);
+        let bundled = &mut self.bundle[number];
+        let packet = &mut bundled.packet;
+        packet.steps.0[lane] = block.steps.0[slot];
+        packet.side.0[lane] = block.side.0[slot];
         // The sphere around the last point is empty beyond the leaf, too.
         let slope = block.slope.0[slot];
         let clear_radius = block.field.0[slot] * slope;
-        self.packet.clear_from.0[lane] = block.t.0[slot] - clear_radius;
-        self.packet.clear_to.0[lane] = block.t.0[slot] + clear_radius;
+        packet.clear_from.0[lane] = block.t.0[slot] - clear_radius;
+        packet.clear_to.0[lane] = block.t.0[slot] + clear_radius;
         let outcome = block.outcome.0[slot];
         if outcome == outcome::EXITED {
             return;
@@ -483,7 +405,7 @@ impl Marcher {
             let rounding = marching::rounding_at(block.t.0[slot], frame.rounding);
             let hidden_depth = marching::sign_margin(rounding, 1.0, frame.is_raw) * 2.0;
             let step_back = if is_before { hidden_depth } else { 0.0 };
-            r.low.0[hit] = self.packet.entry_t.0[lane] - step_back;
+            r.low.0[hit] = packet.entry_t.0[lane] - step_back;
             r.high.0[hit] = block.exit_t.0[slot];
             r.t.0[hit] = block.t.0[slot];
             r.field.0[hit] = block.field.0[slot];
@@ -493,9 +415,9 @@ impl Marcher {
             r.slope.0[hit] = slope;
         }
         // Surfaces behind the hit no longer count.
-        self.packet.end_t.0[lane] = block.t.0[slot];
-        self.hit_leaves[lane] = cell;
-        rays[items[lane] as usize] = RayState {
+        packet.end_t.0[lane] = block.t.0[slot];
+        bundled.hit_leaves[lane] = cell;
+        rays[bundled.items[lane] as usize] = RayState {
             t: block.t.0[slot],
             field: block.field.0[slot] * slope,
             step: block.step.0[slot],
@@ -506,6 +428,11 @@ impl Marcher {
             steps: 0,
         };
     }
+}
+
+/// Returns the packet and the lane of a collected ray.
+fn ray_of_slot(ray: f32) -> [usize; 2] {
+    [ray as usize / LANES, ray as usize % LANES]
 }
 
 /// Returns the number of lanes of the chunks that hold `count` rays: loops over them become vectors without

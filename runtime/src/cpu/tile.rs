@@ -2,10 +2,10 @@
 
 use super::LANES;
 use super::camera_rays::CameraRay;
-use super::leaf_bins::PACKET_SIDE;
+use super::leaf_bins::{BUNDLE_SIDE, PACKET_SIDE};
 use super::packet::Marcher;
 use crate::cells::Aabb;
-use crate::render::ray::{distance_from_camera, ends_at_far};
+use crate::render::ray::distance_from_camera;
 use crate::render::{Image, RenderJob, Status};
 use sdfc_shaders::camera;
 use sdfc_shaders::features::{Mode, Occlusion};
@@ -22,7 +22,7 @@ const MIN_TILE_SIDE: u32 = 32;
 const TILES_PER_CORE: u32 = 16;
 
 /// Returns the side of a picture's tiles in pixels: the largest one that gives every core
-/// [`TILES_PER_CORE`] tiles, or the least one.
+/// [`TILES_PER_CORE`] tiles, or the least one. Tiles consist of bundles of packets that do not depend on it.
 fn tile_side(job: &RenderJob) -> u32 {
     let tiles = TILES_PER_CORE * rayon::current_num_threads() as u32;
     let is_small_enough = |&side: &u32| {
@@ -31,7 +31,7 @@ fn tile_side(job: &RenderJob) -> u32 {
     };
     (MIN_TILE_SIDE..=MAX_TILE_SIDE)
         .rev()
-        .step_by(PACKET_SIDE as usize)
+        .step_by((BUNDLE_SIDE * PACKET_SIDE) as usize)
         .find(is_small_enough)
         .unwrap_or(MIN_TILE_SIDE)
 }
@@ -174,9 +174,7 @@ impl Tile {
             let status = Status::from_word(ray.status);
             image.status[index] = status;
             image.steps[index] = ray.steps;
-            image
-                .stats
-                .count(status, || ends_at_far(job, &job.uniforms, self.pixels[i]));
+            image.stats.count(status, || self.ends_at_far(job, i));
             image.stats.undecided += u64::from(ray.status & UNDECIDED != 0);
             if ray.status & SHOWN == 0 {
                 continue;
@@ -193,17 +191,20 @@ impl Tile {
     }
 
     /// Counts the rays of a later sample.
-    pub(super) fn count_statuses(
-        &self,
-        job: &RenderJob,
-        frame: &layout::FrameUniforms,
-        image: &mut Image,
-    ) {
+    pub(super) fn count_statuses(&self, job: &RenderJob, image: &mut Image) {
         for (i, _) in self.visible_pixels(image.width) {
             let status = self.rays[i].status;
-            let at_far = || ends_at_far(job, frame, self.pixels[i]);
+            let at_far = || self.ends_at_far(job, i);
             image.stats.count(Status::from_word(status), at_far);
             image.stats.undecided += u64::from(status & UNDECIDED != 0);
+        }
+    }
+
+    /// Reports whether a pixel's ray, if it misses, ends because of the limit `far`.
+    fn ends_at_far(&self, job: &RenderJob, i: usize) -> bool {
+        !job.shows_plane() && {
+            let CameraRay { enter, exit, .. } = self.camera_rays[i];
+            enter <= exit && exit == job.uniforms.far
         }
     }
 

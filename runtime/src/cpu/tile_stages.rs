@@ -2,9 +2,10 @@
 
 use super::beam::Beams;
 use super::camera_rays::camera_rays;
-use super::leaf_bins::{self, LeafBins};
+use super::leaf_bins::{self, BUNDLE_SIDE, LeafBins};
 use super::march::March;
 use super::packet::NO_LEAF;
+use super::packet::bundle::PacketTask;
 use super::plane_edges::PlanePicture;
 use super::ray_tasks::run_streamed;
 use super::refine_roots::RootRefinement;
@@ -213,27 +214,37 @@ impl Tile {
         traversal: &CellTraversal,
         evaluator: &mut dyn Evaluator,
     ) -> u64 {
-        let mut evaluations = 0;
-        let block_side = |length: u32, block: u32| {
-            (length - block * leaf_bins::PACKET_SIDE).min(leaf_bins::PACKET_SIDE)
-        };
+        let side = leaf_bins::PACKET_SIDE;
+        let [columns, rows] = [self.width, self.height].map(|length| length.div_ceil(side));
+        let block_side = |length: u32, block: u32| (length - block * side).min(side);
         let mut remaining = self.order.as_slice();
-        for row in 0..self.height.div_ceil(leaf_bins::PACKET_SIDE) {
-            for column in 0..self.width.div_ceil(leaf_bins::PACKET_SIDE) {
-                let count = block_side(self.width, column) * block_side(self.height, row);
-                let (items, others) = remaining.split_at(count as usize);
-                remaining = others;
-                let x = self.left + column * leaf_bins::PACKET_SIDE;
-                let y = self.upper + row * leaf_bins::PACKET_SIDE;
-                evaluations += self.marcher.march(
-                    frame,
-                    (&traversal.cells, traversal.leaf_bins.leaves_at([x, y])),
-                    items,
-                    &self.camera_rays,
-                    (&mut self.rays, &mut self.points, &mut self.hit_leaves),
-                    evaluator,
-                );
-            }
+        let mut tasks = Vec::with_capacity((columns * rows) as usize);
+        for (row, column) in (0..rows).flat_map(|y| (0..columns).map(move |x| (y, x))) {
+            let count = block_side(self.width, column) * block_side(self.height, row);
+            let (items, others) = remaining.split_at(count as usize);
+            remaining = others;
+            let corner = [self.left + column * side, self.upper + row * side];
+            tasks.push(PacketTask {
+                items,
+                leaves: traversal.leaf_bins.leaves_at(corner),
+            });
+        }
+        let mut evaluations = 0;
+        let blocks = |length: u32| (0..length).step_by(BUNDLE_SIDE as usize);
+        for (top, first) in blocks(rows).flat_map(|y| blocks(columns).map(move |x| (y, x))) {
+            let row = |y: u32| {
+                (first..(first + BUNDLE_SIDE).min(columns)).map(move |x| (y * columns + x) as usize)
+            };
+            let packets = (top..(top + BUNDLE_SIDE).min(rows)).flat_map(row);
+            let bundle: Vec<PacketTask<'_>> = packets.map(|packet| tasks[packet]).collect();
+            evaluations += self.marcher.march(
+                frame,
+                &traversal.cells,
+                &bundle,
+                &self.camera_rays,
+                (&mut self.rays, &mut self.points, &mut self.hit_leaves),
+                evaluator,
+            );
         }
         evaluations
     }
@@ -357,7 +368,7 @@ pub(super) fn render(
                 if sample == 0 {
                     tile.store_hits(job, image);
                 } else {
-                    tile.count_statuses(job, &frame, image);
+                    tile.count_statuses(job, image);
                 }
                 if sample + 1 == end_sample {
                     tile.store_colors(end_sample, image);
