@@ -1,4 +1,4 @@
-//! Bundles of packets, whose rays go through the leaves together: a leaf is smaller than a packet, and the rays of one
+//! Bundles of packets, whose rays go through the leaves together. A leaf is smaller than a packet, so the rays of one
 //! packet alone leave most lanes empty.
 //!
 //! Each packet has its own list of leaves. The nearest leaf of all lists is next, for the packets that list it.
