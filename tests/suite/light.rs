@@ -6,6 +6,7 @@ use sdfc_compiler::passes::PassOptions;
 use sdfc_runtime::engine::{EngineKind, open};
 use sdfc_runtime::render::{CellMode, Image};
 use sdfc_shaders::camera::SAMPLE_SHIFT;
+use sdfc_trials::skip::is_gpu_skipped;
 
 /// Maximum number of channels of edge pixels that rounding changes in a picture.
 const MAX_EDGE_CHANNELS: usize = 12;
@@ -14,7 +15,12 @@ const MAX_LOOSE_CHANNELS: usize = 12;
 
 /// Draws a text with one sample per pixel.
 fn picture(text: &str, size: [u32; 2]) -> Image {
-    let mut engine = open(EngineKind::Cpu).expect("there is always a CPU");
+    picture_on(EngineKind::Cpu, text, size)
+}
+
+/// Draws a text with one sample per pixel on an engine.
+fn picture_on(kind: EngineKind, text: &str, size: [u32; 2]) -> Image {
+    let mut engine = open(kind).unwrap_or_else(|error| panic!("{kind}: {error}"));
     let offset = DrawOptions {
         size,
         passes: PassOptions::default(),
@@ -230,8 +236,12 @@ fn loose_statements_move_no_penumbra() {
             "min(length(p) - 0.5, max(pow(abs(p.x), 1.2 + 0.4 * abs(p.y)) - 0.2, length(p.yz) - 0.8))",
             1.8,
         ),
+        (
+            "pow(abs(p.x), 1.2 + 0.5 * p.y * p.y) + length(p.yz) - 0.8",
+            4.0,
+        ),
     ] {
-        let [stated, loose] = [slope, 20.0 * slope].map(|slope| {
+        let [stated, loose, looser] = [slope, 5.0 * slope, 50.0 * slope].map(|slope| {
             format!(
                 "camera {{ from: [3, 2.5, 4], look: [0, 0, 0], fov: 38deg }}\n\
                  light {{ dir: [-1, 2, 1], intensity: 3, shadow: soft(0.1) }}\n\
@@ -239,8 +249,27 @@ fn loose_statements_move_no_penumbra() {
                  (field(fn(p) => {field}, lipschitz: {slope}) & box(2.2)) | plane(Y, at: -1.3)"
             )
         });
-        assert_eq!(differing_channels(&stated, &loose), 0, "{field}");
+        for other in [loose, looser] {
+            assert_eq!(differing_channels(&stated, &other), 0, "{field}");
+        }
     }
+}
+
+/// Candidates of wide lights move into the solids of a lattice in the same way on a GPU.
+#[test]
+fn engines_light_lattices_alike() {
+    if is_gpu_skipped() {
+        return;
+    }
+    let text = "camera { from: [3, 2.5, 4], look: [0, 0, 0], fov: 38deg }\n\
+                light { dir: [-1, 2, 1], intensity: 3, shadow: soft(0.3) }\n\
+                render { occlusion: off }\n\
+                (field(fn(p) => 0.4 - cos(5 * p.x) * cos(5 * p.z)) & box(2.2)) | plane(Y, at: -1.3)";
+    let [cpu, gpu] =
+        [EngineKind::Cpu, EngineKind::Wgsl].map(|kind| picture_on(kind, text, [160, 120]).rgba8());
+    let pairs = cpu.iter().zip(&gpu);
+    let differing = pairs.filter(|&(&a, &b)| a.abs_diff(b) > 2).count();
+    assert!(differing <= MAX_EDGE_CHANNELS, "{differing} channels");
 }
 
 /// Penumbras of wide lights depend only on surfaces, not on the fields that define them, alone or in a
