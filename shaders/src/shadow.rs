@@ -137,7 +137,9 @@ const MAX_AHEAD_TANGENT: f64 = 0.05;
 const MIN_NEAREST_COSINE: f64 = 0.999;
 /// Maximum number of moves of a candidate.
 const MAX_MOVES: f64 = 12.0;
-/// Minimum reduction of the visibility by a move that another one follows.
+/// Number of moves that are made whether or not they reduce the visibility.
+const FREE_MOVES: f64 = 2.0;
+/// Minimum reduction of the visibility by a later move that another one follows.
 const MIN_MOVE_GAIN: f64 = 0.001;
 
 /// Returns the value of the field at a candidate itself, as far as its sign matters: the one of the first round. Later rounds
@@ -150,7 +152,7 @@ fn value_on_ray<R: Real>(value: R, round: R) -> R {
 /// Returns the distance along the ray beside a point of a surface, at which the candidate is probed once
 /// more. [`NO_CANDIDATE`] where that would find nothing new. The point is at `to_surface` from a candidate at
 /// `t`. The probe found it after `round` rounds by the `gradient`, and `moves` counts earlier moves of the
-/// candidate.
+/// candidate. The probe reduced the visibility by `gain`.
 #[inline(always)]
 #[expect(clippy::too_many_arguments, reason = "the state of a candidate")]
 pub fn moved_candidate_t<R: Real>(
@@ -167,6 +169,7 @@ pub fn moved_candidate_t<R: Real>(
     let ahead = to_surface.dot(direction).named("ahead");
     let sideways = (to_surface - direction * ahead).named("sideways");
     let distance = sideways.length().named("distance");
+    // On the outline of a surface the line of sight touches it. The normal there meets the ray after this shift.
     let shift = ahead + distance * distance / (t + ahead).max(lit(1e-20));
     let shift = shift.named("shift");
     let is_across = shift.abs().less(distance * lit(MAX_AHEAD_TANGENT));
@@ -176,7 +179,8 @@ pub fn moved_candidate_t<R: Real>(
     let is_nearest = R::or(round.less(lit(0.5)), min_along.less(along_gradient));
     let target = t + shift;
     let is_on_ray = R::and(lit::<R>(0.0).less(target), target.less(t_end));
-    let has_gained = R::or(moves.less(lit(1.5)), lit::<R>(MIN_MOVE_GAIN).less(gain));
+    let is_free = moves.less(lit(FREE_MOVES - 0.5));
+    let has_gained = R::or(is_free, lit::<R>(MIN_MOVE_GAIN).less(gain));
     let may_continue = R::and(has_gained, moves.less(lit(MAX_MOVES - 0.5)));
     let is_outside = lit::<R>(0.0).less(value_on_ray(value, round));
     let is_open = R::and(is_outside, may_continue);
