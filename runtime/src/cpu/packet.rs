@@ -75,7 +75,7 @@ struct BundledPacket {
     items: [u32; LANES],
     /// Values of the field at the entries into the present leaf.
     values: F32x64,
-    /// Mask of the rays that may meet a surface in the present leaf.
+    /// Mask of the rays that cross the present leaf.
     crossing: u64,
     /// Leaf in which each ray ended.
     hit_leaves: [u32; LANES],
@@ -206,14 +206,17 @@ impl Marcher {
         let mut evaluations = self.sample_entries(cell_index, evaluator);
         let mut count = 0;
         for number in 0..self.bundle.len() {
-            let bundled = &mut self.bundle[number];
-            if bundled.crossing != 0 && !cell.may_be_discontinuous {
-                let (values, packet) = (&bundled.values, &mut bundled.packet);
-                bundled.crossing &= !cull_entered(frame, cell, values, packet);
-            }
-        }
-        for number in 0..self.bundle.len() {
-            for lane in set_bits(self.bundle[number].crossing) {
+            let BundledPacket {
+                packet,
+                values,
+                crossing,
+                ..
+            } = &mut self.bundle[number];
+            let culled = match *crossing == 0 || cell.may_be_discontinuous {
+                true => 0,
+                false => cull_entered(frame, cell, values, packet),
+            };
+            for lane in set_bits(*crossing & !culled) {
                 self.collect_lane([number, lane], count);
                 count += 1;
                 if count == LANES {

@@ -5,7 +5,7 @@ use super::camera_rays::CameraRay;
 use super::leaf_bins::{BUNDLE_SIDE, PACKET_SIDE};
 use super::packet::Marcher;
 use crate::cells::Aabb;
-use crate::render::ray::distance_from_camera;
+use crate::render::ray::{distance_from_camera, is_limited};
 use crate::render::{Image, RenderJob, Status};
 use sdfc_shaders::camera;
 use sdfc_shaders::features::{Mode, Occlusion};
@@ -202,10 +202,8 @@ impl Tile {
 
     /// Reports whether a pixel's ray, if it misses, ends because of the limit `far`.
     fn ends_at_far(&self, job: &RenderJob, i: usize) -> bool {
-        !job.shows_plane() && {
-            let CameraRay { enter, exit, .. } = self.camera_rays[i];
-            enter <= exit && exit == job.uniforms.far
-        }
+        let CameraRay { enter, exit, .. } = self.camera_rays[i];
+        !job.shows_plane() && is_limited([enter, exit], job.uniforms.far)
     }
 
     /// Loads the sums of earlier samples.

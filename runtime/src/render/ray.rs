@@ -31,7 +31,12 @@ pub(crate) fn ends_at_far(job: &RenderJob, f: &FrameUniforms, pixel: [f32; 2]) -
     }
     let camera = camera_ray(f, pixel);
     let segment = segments::<1>(f, 1, |_| (camera.origin, camera.direction));
-    segment.enter[0] <= segment.exit[0] && segment.exit[0] == f.far
+    is_limited([segment.enter[0], segment.exit[0]], f.far)
+}
+
+/// Reports whether a ray, on which surfaces lie between `enter` and `exit`, ends because of the limit `far`.
+pub(crate) fn is_limited([enter, exit]: [f32; 2], far: f32) -> bool {
+    enter <= exit && exit == far
 }
 
 /// Parts of rays on which they may meet surfaces.
