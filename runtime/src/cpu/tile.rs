@@ -202,8 +202,11 @@ impl Tile {
 
     /// Reports whether a pixel's ray, if it misses, ends because of the limit `far`.
     fn ends_at_far(&self, job: &RenderJob, i: usize) -> bool {
-        let CameraRay { enter, exit, .. } = self.camera_rays[i];
-        !job.shows_plane() && is_limited([enter, exit], job.uniforms.far)
+        // A plane has no rays.
+        !job.shows_plane() && {
+            let CameraRay { enter, exit, .. } = self.camera_rays[i];
+            is_limited([enter, exit], job.uniforms.far)
+        }
     }
 
     /// Loads the sums of earlier samples.
