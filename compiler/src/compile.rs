@@ -260,7 +260,7 @@ pub(crate) fn compile_with(
         &mut scene,
         fallback,
         bounds,
-        slopes.uses_estimates,
+        &slopes,
         &mut uniforms,
     );
     let mut module = Module {
@@ -429,7 +429,7 @@ fn build_settings(
     scene: &mut Scene,
     fallback: MaterialId,
     bounds: SolidBounds,
-    has_estimated_slopes: bool,
+    slopes: &ShapeSlopes,
     uniforms: &mut Uniforms,
 ) -> Settings {
     let expressions = &scene.expressions;
@@ -487,7 +487,8 @@ fn build_settings(
         subject: None,
         bounds_for_all_params: bounds.for_all_params,
         current_bounds: bounds.current,
-        has_estimated_slopes,
+        has_estimated_slopes: slopes.uses_estimates,
+        has_loose_slopes: slopes.meets_loose_bounds,
         time: 0.0,
         material,
         material_id: fallback.0,

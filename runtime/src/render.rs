@@ -238,6 +238,8 @@ pub struct FieldFacts {
     pub is_raw: bool,
     /// Set if the slope may exceed one, because only an estimate of it is known.
     pub has_estimated_slopes: bool,
+    /// Set if no close bound of a field's slope is found.
+    pub has_loose_slopes: bool,
     /// The bounding box of the solid.
     pub bounds: sdfc_vm::bounds::Bounds,
     /// The material, if there is only one and it is the same everywhere.

@@ -229,6 +229,7 @@ pub fn field_facts(module: &Module, uniform_values: &[f64]) -> FieldFacts {
     FieldFacts {
         is_raw: module.distance.has_raw_fields(),
         has_estimated_slopes: module.settings.has_estimated_slopes,
+        has_loose_slopes: module.settings.has_loose_slopes,
         bounds: *module.settings.clip_bounds(),
         material: module
             .surface

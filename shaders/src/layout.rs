@@ -165,8 +165,8 @@ shared! {
         exact_half_space_count: u32,
         /// Maximum length of shadow rays.
         light_far: f32,
-        /// Padding to a multiple of 16 bytes.
-        reserved0: u32,
+        /// 1 where no close slope bound of a field is known, so that its values may be far below distances; else 0.
+        has_loose_slopes: f32,
     }
 }
 

@@ -92,6 +92,17 @@ pub fn is_candidate<R: Real>(sample_visibility: R, last_visibility: R, visibilit
     R::select(is_lower, lit(1.0), lit(0.0))
 }
 
+/// Returns the visibility with which [`is_candidate`] compares the next sample. Where slopes are loose, all samples that may
+/// be the lowest are candidates: the lowest value need not be the nearest to a surface.
+#[inline(always)]
+pub fn last_visibility<R: Real>(sample_visibility: R, has_loose_slopes: R) -> R {
+    R::select(
+        has_loose_slopes.less(lit(0.5)),
+        sample_visibility,
+        lit(f64::from(NO_LAST_VISIBILITY)),
+    )
+}
+
 /// Maximum distance of surfaces from a candidate, in radii of the light there. A ray may find a candidate
 /// before it is beside the surface.
 const MAX_CANDIDATE_RADII: f64 = 2.0;

@@ -62,6 +62,8 @@ pub struct Settings {
     pub current_bounds: CurrentBounds,
     /// Set if a field is divided by an estimate of its slope, since no bound is known.
     pub has_estimated_slopes: bool,
+    /// Set if no close bound of a field's slope is found. Bounds that the scene states have no influence.
+    pub has_loose_slopes: bool,
     /// The time of the current values.
     pub time: f64,
     /// The default material: albedo, roughness, emission, metallic. It applies if there is no surface

@@ -50,6 +50,26 @@ pub const MAX_SLOPE: f64 = 1e15;
 /// default of 3,072 steps, a ray advances no farther than by about three steps with the sampled slope.
 const MAX_SLOPE_RATIO: f64 = 1e3;
 
+/// Maximum ratio of a close bound to the steepest sampled slope.
+const MAX_CLOSE_RATIO: f64 = 4.0;
+
+/// Slope bound that a search has found.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct FoundSlope {
+    pub(crate) bound: f64,
+    /// Set if the bound is at most [`MAX_CLOSE_RATIO`] times the steepest sampled slope.
+    pub(crate) is_close: bool,
+}
+
+impl FoundSlope {
+    fn new(bound: f64, steepest_sample: f64) -> Self {
+        Self {
+            bound,
+            is_close: bound <= steepest_sample * MAX_CLOSE_RATIO,
+        }
+    }
+}
+
 /// Number of operations that remain for the bounds of a scene.
 #[derive(Clone, Debug)]
 pub(crate) struct Budget(usize);
@@ -70,7 +90,7 @@ pub(crate) fn slope_bound(
     known: Option<(Bounds, f64)>,
     ranges: &ParamRanges,
     budget: &mut Budget,
-) -> Option<f64> {
+) -> Option<FoundSlope> {
     let search = SlopeSearch::new(expressions, numbers, ranges).with_known(known);
     let (bound, search) = run_search(
         search,
@@ -78,8 +98,7 @@ pub(crate) fn slope_bound(
         budget,
         [MAX_BOXES, MAX_BOXES_WHILE_INFINITE],
     );
-    let is_bound = bound < MAX_SLOPE && !is_loose(bound, search, region);
-    is_bound.then_some(bound)
+    found_slope(bound, search, region)
 }
 
 /// Runs a search and returns its final bound. Arguments: the maximum number of boxes, and the maximum
@@ -206,18 +225,23 @@ pub(crate) fn capped_field(
     })
 }
 
-/// Reports whether a bound is loose, see [`MAX_SLOPE_RATIO`]. Where all samples are flat, it is not known
-/// to be.
-fn is_loose(bound: f64, search: SlopeSearch, region: &Bounds) -> bool {
+/// Returns the bound of a search unless it is useless for marching, see [`MAX_SLOPE_RATIO`]. Where all samples are flat,
+/// it is not known to be.
+fn found_slope(bound: f64, search: SlopeSearch, region: &Bounds) -> Option<FoundSlope> {
+    if bound >= MAX_SLOPE {
+        return None;
+    }
     let best_sample = search.best_lower_bound();
-    if bound <= best_sample * MAX_SLOPE_RATIO {
-        return false;
+    let found = FoundSlope::new(bound, best_sample);
+    if found.is_close {
+        return Some(found);
     }
     let samples = search_slopes(search, region);
     let steepest = samples
         .iter()
         .fold(best_sample, |max, (slope, _)| slope.max(max));
-    steepest > 0.0 && bound > steepest * MAX_SLOPE_RATIO
+    let is_useless = steepest > 0.0 && bound > steepest * MAX_SLOPE_RATIO;
+    (!is_useless).then(|| FoundSlope::new(bound, steepest))
 }
 
 /// Reports whether a slope is so large that a bound [`MAX_SLOPE_RATIO`] times as large is no bound to

@@ -75,11 +75,13 @@ impl Lowering<'_> {
             return node;
         }
         let global_slope = self.slope(id, &Bounds::ALL_SPACE);
+        let own_bounds = self.boxes.get(SceneRef::from(&*self.scene), id);
+        let mut bounds = own_bounds.intersection(&local_point.region);
+        let unit = self.slopes.size() * local_point.unit;
+        self.note_loose_bounds(id, &bounds, unit);
         if is_unit_slope(global_slope) || global_slope < MIN_SLOPE {
             return node;
         }
-        let own_bounds = self.boxes.get(SceneRef::from(&*self.scene), id);
-        let mut bounds = own_bounds.intersection(&local_point.region);
         if bounds.is_finite() && !bounds.is_empty() {
             // Where a region ends at another operand, no surface of both is created.
             let region_margin = bounds.half_diagonal() * REGION_MARGIN;
@@ -91,7 +93,6 @@ impl Lowering<'_> {
                 .graph
                 .add(GraphNode::Constant(GraphNumber::Constant(BEYOND_ALL_RAYS)));
         }
-        let unit = self.slopes.size() * local_point.unit;
         let extent = farthest(bounds.min.into_iter().chain(bounds.max));
         let is_large = extent.is_some_and(|extent| extent > MAX_FINITE_HALF_SIDE * unit);
         if bounds.is_finite() && !is_large {
@@ -380,6 +381,19 @@ impl Lowering<'_> {
             (ratio, inner) = (2.0 * ratio, outer);
         }
         cubes
+    }
+
+    /// Notes whether a shape's fields have close slope bounds where its surface may be, in `bounds` or near the origin.
+    fn note_loose_bounds(&mut self, id: ShapeId, bounds: &Bounds, unit: f64) {
+        let scene_ref = SceneRef::from(&*self.scene);
+        let region = match bounds.is_finite() {
+            true => near_region(bounds),
+            false => Bounds::centred([unit; 3]),
+        };
+        if self.slopes.has_loose_bounds(scene_ref, self.boxes, id, &Bounds::ALL_SPACE) {
+            self.slopes.meets_loose_bounds |=
+                self.slopes.has_loose_bounds(scene_ref, self.boxes, id, &region);
+        }
     }
 
     /// Returns a bound of a shape's slope in a region of its frame; infinite if unknown.

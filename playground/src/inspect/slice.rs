@@ -173,6 +173,7 @@ fn spacing(settings: &RenderSettings) -> f32 {
     let no_facts = FieldFacts {
         is_raw: false,
         has_estimated_slopes: false,
+        has_loose_slopes: false,
         bounds: Bounds::ALL_SPACE,
         material: None,
     };

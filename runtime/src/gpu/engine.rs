@@ -179,6 +179,7 @@ impl<S: GpuScene> Engine for GpuEngine<S> {
             facts: FieldFacts {
                 is_raw: false,
                 has_estimated_slopes: false,
+                has_loose_slopes: false,
                 bounds: Bounds::ALL_SPACE,
                 material: None,
             },

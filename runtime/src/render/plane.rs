@@ -73,6 +73,7 @@ pub(crate) fn plane_of(settings: &RenderSettings) -> Option<PixelPlane> {
     let no_facts = FieldFacts {
         is_raw: false,
         has_estimated_slopes: false,
+        has_loose_slopes: false,
         bounds: Bounds::ALL_SPACE,
         material: None,
     };

@@ -149,6 +149,7 @@ fn settings() -> Settings {
             time: 0.0,
         },
         has_estimated_slopes: false,
+        has_loose_slopes: false,
         time: 0.0,
         material: constants([0.7, 0.4, 0.3, 0.5, 0.0, 0.0, 0.0, 0.0]),
         material_id: 3,

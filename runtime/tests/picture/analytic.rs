@@ -37,6 +37,7 @@ impl<F: Formula> RenderField for Analytic<F> {
         FieldFacts {
             is_raw: self.0.is_raw(),
             has_estimated_slopes: false,
+            has_loose_slopes: false,
             bounds: self.0.bounds(),
             material: uniform.then_some(CLAY),
         }

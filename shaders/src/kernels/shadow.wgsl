@@ -97,7 +97,8 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
         let limit = shadow_candidate_limit(ray.candidate_t, ray.size);
         let sample = candidate_sample_point(point, ray.offset, ray.phase, ray.value, ray.gradient, limit);
         let field = scene_distance(sample) * side;
-        ray.steps += 1u;
+        let checks_all = frame.has_loose_slopes > 0.5;
+        ray.steps += select(1u, 0u, is_probing && checks_all);
         if is_nan(field) {
             ray.steps |= DONE_FLAG;
             break;
@@ -284,12 +285,12 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
             if !ray_ends {
                 // A candidate is probed once the ray has passed the lowest visibility.
                 let is_candidate = shadow_is_candidate(sample_visibility, ray.last_visibility, bound) > 0.0;
-                ray.last_visibility = sample_visibility;
+                ray.last_visibility = shadow_last_visibility(sample_visibility, frame.has_loose_slopes);
                 if is_candidate {
                     ray.candidate_t = t;
                     ray.value = candidate_restart_value(field);
                 }
-                if (!is_candidate || at_end) && ray.candidate_t > 0.0 && !out_of_steps {
+                if (!is_candidate || at_end || checks_all) && ray.candidate_t > 0.0 && !out_of_steps {
                     ray.phase = 1.0;
                     ray.round = 0.0;
                     ray.gradient = vec3f(0.0);

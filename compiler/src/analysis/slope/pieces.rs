@@ -190,7 +190,7 @@ fn distances_by_bounds(
             true => slope_bound(expressions, &[end], region, None, ranges, budget),
             false => None,
         };
-        if let Some(slope) = slope.filter(|slope| *slope > 0.0) {
+        if let Some(slope) = slope.map(|found| found.bound).filter(|slope| *slope > 0.0) {
             let factor = expressions.constant(1.0 / slope);
             distances.push(expressions.call(Op::Mul, &[end, factor]));
         }

@@ -1,7 +1,7 @@
 //! Slope bounds with discontinuities held, throughout a region.
 
 use super::{
-    Budget, MAX_BOXES, MAX_BOXES_WHILE_INFINITE, MAX_SLOPE, SAMPLE_POINTS, SlopeSearch, is_loose,
+    Budget, MAX_BOXES, MAX_BOXES_WHILE_INFINITE, SAMPLE_POINTS, SlopeSearch, found_slope,
     run_search, sample_points,
 };
 use crate::analysis::box_eval::HeldBranches;
@@ -59,8 +59,7 @@ impl<'a> RegionBounds<'a> {
             self.budget,
             [MAX_BOXES, MAX_BOXES_WHILE_INFINITE],
         );
-        let is_bound = bound < MAX_SLOPE && !is_loose(bound, search, self.region);
-        is_bound.then_some(bound)
+        found_slope(bound, search, self.region).map(|found| found.bound)
     }
 
     /// Returns the median slope of the sample points.

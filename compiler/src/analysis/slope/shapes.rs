@@ -7,7 +7,7 @@
 
 use super::region_bounds::RegionBounds;
 use super::{
-    Budget, CappedField, MAX_SLOPE_RATIO, SlopeScope, capped_field, contains, estimated_slope,
+    Budget, CappedField, FoundSlope, MAX_SLOPE_RATIO, SlopeScope, capped_field, contains, estimated_slope,
     has_discontinuities, pieces, slope_bound, steepest_sample, surface_slope,
 };
 use crate::analysis::bounds::ShapeBounds;
@@ -31,7 +31,7 @@ pub(crate) struct ShapeSlopes {
     /// Bounds of shapes that are the same in every region.
     constant_bounds: HashMap<ShapeId, f64>,
     /// Bounds of written numbers, by the corners of their region.
-    number_bounds: HashMap<(Vec<ExprId>, [u64; 6]), Option<f64>>,
+    number_bounds: HashMap<(Vec<ExprId>, [u64; 6]), Option<FoundSlope>>,
     /// Largest region in which numbers have a bound, and that bound, by numbers.
     largest_proved: HashMap<Vec<ExprId>, (Bounds, f64)>,
     /// Estimates of the same.
@@ -52,6 +52,10 @@ pub(crate) struct ShapeSlopes {
     discontinuous_step: HashMap<(ExprId, [u64; 6], SlopeScope), Option<ExprId>>,
     /// Set if a value was divided by less than a bound of its slope where rays may pass.
     pub(crate) uses_estimates: bool,
+    /// Set if a field has no close slope bound where its surface may be.
+    pub(crate) meets_loose_bounds: bool,
+    /// Set by a search without a close bound of a field.
+    has_met_loose_bound: bool,
 }
 
 /// Counterexample to a field's declared slope.
@@ -65,9 +69,6 @@ pub(crate) struct RefutedSlope {
     pub(crate) point: [f64; 3],
 }
 
-/// Minimum ratio of a found slope bound to a stated one that is used instead. Light samples a field where its steps end, so
-/// penumbras of uneven fields follow the bound. The statement is for fields of which only a far looser bound is found.
-const MIN_STATED_GAIN: f64 = 4.0;
 /// Minimum ratio of a sampled slope to the declared one that cannot be due to rounding.
 const MIN_REFUTING_RATIO: f64 = 1.0 + 1e-6;
 /// Half side of the cube in which an infinite field is sampled, in sizes of the scene.
@@ -97,6 +98,8 @@ impl ShapeSlopes {
             capped: HashMap::new(),
             discontinuous_step: HashMap::new(),
             uses_estimates: false,
+            meets_loose_bounds: false,
+            has_met_loose_bound: false,
         }
     }
 
@@ -125,6 +128,20 @@ impl ShapeSlopes {
             self.constant_bounds.insert(id, bound);
         }
         bound
+    }
+
+    /// Reports whether a field of a shape has no close slope bound in a region. Bounds that the scene states have no
+    /// influence.
+    pub(crate) fn has_loose_bounds(
+        &mut self,
+        scene: SceneRef<'_>,
+        boxes: &mut ShapeBounds,
+        id: ShapeId,
+        region: &Bounds,
+    ) -> bool {
+        self.has_met_loose_bound = false;
+        self.compute(scene, boxes, id, region);
+        self.has_met_loose_bound
     }
 
     /// Returns an estimate of a shape's slope in a region, for use where there is no bound. It is twice
@@ -259,17 +276,17 @@ impl ShapeSlopes {
             ShapeKind::Nothing => 0.0,
             ShapeKind::Field { value, slope, .. } => {
                 let bound = self.written_slope(scene, &[*value], region);
+                let found = self.proved_slope(scene.expressions, &[*value], region);
+                let is_close = found.is_some_and(|found| found.is_close);
+                self.has_met_loose_bound |= !is_close;
                 let Some(slope) = slope else { return bound };
                 match self.find_refutation(scene, boxes, id, *value, *slope) {
                     Some(refuted) if self.is_estimating => bound.max(refuted.slope),
                     Some(_) => bound,
-                    // Both bounds hold.
-                    None if self.covers_region(scene, boxes, id, region) => {
-                        let stated = self.range(scene, *slope).hi;
-                        match stated * MIN_STATED_GAIN < bound {
-                            true => stated,
-                            false => bound,
-                        }
+                    // Both bounds hold. The choice does not depend on the statement, since light samples a
+                    // field where its steps end.
+                    None if !is_close && self.covers_region(scene, boxes, id, region) => {
+                        bound.min(self.range(scene, *slope).hi)
                     }
                     None => bound,
                 }
@@ -481,8 +498,8 @@ impl ShapeSlopes {
 
     /// Returns a slope bound of numbers of point stage, or an estimate; infinite if unknown.
     fn written_slope(&mut self, scene: SceneRef<'_>, numbers: &[ExprId], region: &Bounds) -> f64 {
-        if let Some(bound) = self.proved_slope(scene.expressions, numbers, region) {
-            return bound;
+        if let Some(found) = self.proved_slope(scene.expressions, numbers, region) {
+            return found.bound;
         }
         if !self.is_estimating {
             return f64::INFINITY;
@@ -499,7 +516,7 @@ impl ShapeSlopes {
         expressions: &Expressions,
         numbers: &[ExprId],
         region: &Bounds,
-    ) -> Option<f64> {
+    ) -> Option<FoundSlope> {
         let key = (numbers.to_vec(), corners(region));
         if let Some(&cached) = self.number_bounds.get(&key) {
             return cached;
@@ -508,28 +525,34 @@ impl ShapeSlopes {
         let (ranges, budget) = (&self.ranges, &mut self.budget);
         let known = self.largest_proved.get(numbers).copied();
         let known = known.filter(|(known_region, _)| contains(region, known_region));
-        let bound = slope_bound(expressions, numbers, region, known, ranges, budget);
-        let bound = bound.or_else(|| match numbers {
-            &[number] if has_discontinuities(expressions, number) => pieces::continuous(
-                expressions,
-                number,
-                [region, &sampled],
-                self.size,
-                ranges,
-                budget,
-            ),
+        let found = slope_bound(expressions, numbers, region, known, ranges, budget);
+        let found = found.or_else(|| match numbers {
+            &[number] if has_discontinuities(expressions, number) => {
+                let regions = [region, &sampled];
+                let (size, ranges) = (self.size, &self.ranges);
+                let bound =
+                    pieces::continuous(expressions, number, regions, size, ranges, budget)?;
+                let steepest = steepest_sample(expressions, numbers, &sampled, ranges);
+                Some(FoundSlope::new(
+                    bound,
+                    steepest.map_or(0.0, |(slope, _)| slope),
+                ))
+            }
             _ => None,
         });
-        let bound = bound.map(|slope| slope.max(MIN_SLOPE));
-        if let Some(bound) = bound {
+        let found = found.map(|found| FoundSlope {
+            bound: found.bound.max(MIN_SLOPE),
+            ..found
+        });
+        if let Some(FoundSlope { bound, .. }) = found {
             let entry = self.largest_proved.entry(numbers.to_vec());
             let largest = entry.or_insert((*region, bound));
             if contains(region, &largest.0) {
                 *largest = (*region, bound);
             }
         }
-        self.number_bounds.insert(key, bound);
-        bound
+        self.number_bounds.insert(key, found);
+        found
     }
 
     /// Returns the range of a uniform number.

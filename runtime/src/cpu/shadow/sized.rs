@@ -100,8 +100,9 @@ impl<const FORM: u32> LightParams<FORM> {
         let bound = shadow::candidate_bound(block.visibility.0[i], ray_number);
         let is_candidate = is_running
             & (shadow::is_candidate(sample_visibility, block.last_visibility.0[i], bound) > 0.0);
+        let last_visibility = shadow::last_visibility(sample_visibility, self.has_loose_slopes);
         block.last_visibility.0[i] =
-            choose(is_running, sample_visibility, block.last_visibility.0[i]);
+            choose(is_running, last_visibility, block.last_visibility.0[i]);
         let candidate_t = choose(is_candidate, t, kept_t);
         block.candidate_t.0[i] = candidate_t;
         block.value.0[i] = choose(
@@ -110,7 +111,7 @@ impl<const FORM: u32> LightParams<FORM> {
             block.value.0[i],
         );
         let begins_check =
-            is_running & (!is_candidate | is_at_end) & (candidate_t > 0.0) & !out_of_steps;
+            is_running & (!is_candidate | is_at_end | self.checks_all()) & (candidate_t > 0.0) & !out_of_steps;
         begin_candidate_check(self.choice, block, i, begins_check, is_at_end);
         let is_ended = is_running & !begins_check & is_at_end;
         let visibility = choose(is_blocked, -1.0, block.visibility.0[i]);
