@@ -565,6 +565,7 @@ fn constants(features: &Features) -> Vec<(&'static str, String)> {
             format!("{:?}", candidate::MIN_PHASE_OUTCOME),
         ),
         ("NO_CANDIDATE", format!("{:?}", shadow::NO_CANDIDATE)),
+        ("NO_NEXT_CHECK", format!("{:?}", shadow::NO_NEXT_CHECK)),
         (
             "NO_LAST_VISIBILITY",
             format!("{:?}", shadow::NO_LAST_VISIBILITY),

@@ -350,10 +350,11 @@ shared! {
         candidate_t: f32,
         /// Field value at the round's point.
         value: f32,
-        /// 1 where the ray ends after the probe of the candidate.
-        ends_after_check: f32,
         /// Number of moves of the candidate.
         moves: f32,
+        /// Distance along the ray before which no sample is a candidate, or a placeholder where the ray ends after the
+        /// probe of the candidate.
+        next_check_t: f32,
         /// Number of evaluations; with a flag once it has ended.
         steps: u32,
         /// Field value at the previous sample.

@@ -103,6 +103,24 @@ pub fn last_visibility<R: Real>(sample_visibility: R, has_loose_slopes: R) -> R 
     )
 }
 
+/// Distance along the ray between two candidates where slopes are loose, as a fraction of the distance of a surface from
+/// the first by its gradient.
+const CHECK_SPACING: f64 = 0.25;
+/// Maximum of that distance, in radii of the light.
+const MAX_CHECK_SPACING_RADII: f64 = 3.0;
+
+/// Placeholder for the distance before which no sample is a candidate, where the ray ends after the present check.
+pub const NO_NEXT_CHECK: f32 = 1e30;
+
+/// Returns the distance along the ray before which no other sample is a candidate, after one at `t` with the field `value`
+/// and its `gradient`.
+#[inline(always)]
+pub fn next_check_t<R: Real>(t: R, value: R, gradient: R::Vec3, size: R) -> R {
+    let distance = value / gradient.length().max(lit(1e-20));
+    let max_spacing = size * t * lit(MAX_CHECK_SPACING_RADII);
+    t + (distance * lit(CHECK_SPACING)).min(max_spacing)
+}
+
 /// Maximum distance of surfaces from a candidate, in radii of the light there. A ray may find a candidate
 /// before it is beside the surface.
 const MAX_CANDIDATE_RADII: f64 = 2.0;

@@ -24,7 +24,7 @@ lanes! {
         start_x, start_y, start_z, direction_x, direction_y, direction_z, exit_t,
         axis_x, axis_y, axis_z, light_t, size, ray_number, best_visibility, clear_t, steps_before,
         t, visibility, steps, min_step, side, rounding, field_before, step, slope_before, last_visibility, candidate_t,
-        ends_after_check, moves,
+        next_check_t, moves,
         value, phase, round, gradient_x, gradient_y, gradient_z, offset_x, offset_y, offset_z,
     }
 }
@@ -126,6 +126,7 @@ impl<const FORM: u32> RayTask for ShadowRays<'_, FORM> {
             block.last_visibility.0[lane] = 1.0;
             block.candidate_t.0[lane] = shadow::NO_CANDIDATE;
             block.moves.0[lane] = 0.0;
+            block.next_check_t.0[lane] = 0.0;
         }
         if FORM == SIZED {
             set_lane_vector!(block, lane, axis_x, axis_y, axis_z, direction);
@@ -326,9 +327,10 @@ fn begin_candidate_check(
     block.gradient_x.0[i] = select(0.0, block.gradient_x.0[i]);
     block.gradient_y.0[i] = select(0.0, block.gradient_y.0[i]);
     block.gradient_z.0[i] = select(0.0, block.gradient_z.0[i]);
-    block.ends_after_check.0[i] = select(
-        if is_at_end { 1.0 } else { 0.0 },
-        block.ends_after_check.0[i],
+    block.next_check_t.0[i] = choice.choose(
+        begins & is_at_end,
+        shadow::NO_NEXT_CHECK,
+        block.next_check_t.0[i],
     );
 }
 
@@ -417,6 +419,7 @@ impl<const FORM: u32> LightParams<FORM> {
         let is_inside = (field < -sign_margin) & !goes_back;
         let is_candidate = (shadow::is_candidate(sample_visibility, block.last_visibility.0[i], v)
             > 0.0)
+            & (t >= block.next_check_t.0[i])
             & !goes_back;
         let if_candidate = |new: f32, old: f32| self.choice.choose(is_candidate, new, old);
         block.candidate_t.0[i] = if_candidate(t, block.candidate_t.0[i]);

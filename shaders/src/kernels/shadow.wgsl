@@ -25,6 +25,19 @@ fn probed_visibility(
     );
 }
 
+#if sized
+// Prepares the state of a ray for one to the rim of the light.
+fn restart_ray(ray: ptr<function, ShadowRayState>) {
+    (*ray).visibility = 0.0;
+    (*ray).last_visibility = NO_LAST_VISIBILITY;
+    (*ray).next_check_t = 0.0;
+    (*ray).field_before = 0.0;
+    (*ray).step = 0.0;
+    (*ray).slope_before = 0.0;
+    (*ray).steps_before = f32((*ray).steps & ~DONE_FLAG);
+}
+
+#end
 @compute @workgroup_size(64)
 fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) groups: vec3u) {
     let k = line_index(id, groups);
@@ -119,6 +132,9 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
                 point, ray.gradient, ray.round, ray.phase, ray.value, field, ray.offset, next, limit
             );
             var probe_ends = false;
+            if checks_all && ray.phase > 3.5 && ray.round + ray.moves < 0.5 && ray.next_check_t < NO_NEXT_CHECK {
+                ray.next_check_t = shadow_next_check(ray.candidate_t, ray.value, ray.gradient, ray.size);
+            }
             if ray.phase < 0.75 {
                 let is_offset = any(ray.offset != vec3f(0.0));
                 ray.value = field;
@@ -172,7 +188,7 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
                 }
             } else {
                 let target_t = shadow_earlier_candidate(ray.candidate_t, ray.size, ray.moves);
-                probe_ends = target_t <= 0.0;
+                probe_ends = target_t <= 0.0 || checks_all;
                 ray.candidate_t = target_t;
                 ray.moves += 1.0;
                 ray.round = 0.0;
@@ -188,7 +204,7 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
                 ray.round = 0.0;
                 ray.offset = vec3f(0.0);
                 ray.gradient = vec3f(0.0);
-                ray_ends = ray.ends_after_check > 0.0 || ray.visibility <= dark_visibility;
+                ray_ends = ray.next_check_t >= NO_NEXT_CHECK || ray.visibility <= dark_visibility;
             }
             if out_of_steps { ray.steps |= DONE_FLAG; }
             if !ray_ends { continue; }
@@ -214,14 +230,8 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
                 direction = shadow_rim_ray_direction(axis, rim, ray.size);
                 let plane_t = shadow_light_plane(direction, axis, light_t);
                 exit_t = shadow_exit(start, direction, frame.bounds_min, frame.bounds_max, plane_t, ray.size);
-                ray.steps_before = f32(ray.steps);
+                restart_ray(&ray);
                 ray.t = abs(ray.clear_t);
-                ray.field_before = 0.0;
-                ray.step = 0.0;
-                ray.slope_before = 0.0;
-                ray.visibility = 0.0;
-                ray.last_visibility = NO_LAST_VISIBILITY;
-                ray.ends_after_check = 0.0;
                 continue;
             }
             let steps_back = step_back > 0.0 && ray.ray_number != INSIDE_RAY_NUMBER;
@@ -284,7 +294,8 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
 #end
             if !ray_ends {
                 // A candidate is probed once the ray has passed the lowest visibility.
-                let is_candidate = shadow_is_candidate(sample_visibility, ray.last_visibility, bound) > 0.0;
+                let is_candidate = t >= ray.next_check_t
+                    && shadow_is_candidate(sample_visibility, ray.last_visibility, bound) > 0.0;
                 ray.last_visibility = shadow_last_visibility(sample_visibility, frame.has_loose_slopes);
                 if is_candidate {
                     ray.candidate_t = t;
@@ -294,7 +305,7 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
                     ray.phase = 1.0;
                     ray.round = 0.0;
                     ray.gradient = vec3f(0.0);
-                    if at_end { ray.ends_after_check = 1.0; }
+                    if at_end { ray.next_check_t = NO_NEXT_CHECK; }
                     continue;
                 }
                 if !at_end { continue; }
@@ -306,13 +317,7 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
             if is_rim { ray.best_visibility = max(ray.best_visibility, ray.visibility); }
             ray.ray_number = floor(ray.ray_number) + 1.0;
             ray.candidate_t = NO_CANDIDATE;
-            ray.ends_after_check = 0.0;
-            ray.last_visibility = NO_LAST_VISIBILITY;
-            ray.field_before = 0.0;
-            ray.step = 0.0;
-            ray.slope_before = 0.0;
-            ray.steps_before = f32(ray.steps & ~DONE_FLAG);
-            ray.visibility = 0.0;
+            restart_ray(&ray);
             let is_hidden = ray.ray_number > FIRST_RIM_RAYS && ray.best_visibility <= -1.0;
             if is_hidden || ray.best_visibility >= 0.0 || ray.ray_number > RIM_RAYS {
                 ray.steps |= DONE_FLAG;

@@ -36,6 +36,14 @@ impl<const FORM: u32> LightParams<FORM> {
         let tap_distance = candidate::tap_distance::<f32>(value, point, limit);
         let new_gradient = candidate::add_tap::<f32>(gradient, phase, field - value, tap_distance);
         let next = candidate::next_offset::<f32>(point, offset, phase, value, gradient, limit);
+        let is_first = is_probe_phase & (block.round.0[i] + block.moves.0[i] < 0.5);
+        let next_check_t = hidden(&block.next_check_t);
+        let ends_after_check = next_check_t >= shadow::NO_NEXT_CHECK;
+        block.next_check_t.0[i] = self.choice.choose(
+            is_first & self.checks_all() & !ends_after_check,
+            shadow::next_check_t::<f32>(block.candidate_t.0[i], value, gradient, size),
+            next_check_t,
+        );
         let outcome = candidate::probe_outcome::<f32>(
             point,
             gradient,
@@ -82,7 +90,7 @@ impl<const FORM: u32> LightParams<FORM> {
             is_start & !is_offset & (shadow::cannot_darken::<f32>(field, t, size, bound) > 0.0);
         let is_done = is_probe_phase & !is_repeat & !goes_back & !is_moving;
         let earlier_t = shadow::earlier_candidate_t(t, size, moves);
-        let is_returning = is_done & !is_found & (earlier_t > 0.0);
+        let is_returning = is_done & !is_found & (earlier_t > 0.0) & !self.checks_all();
         let is_finished = cannot_darken | (is_done & !is_returning);
         let is_restart = is_finished | is_returning;
 
@@ -133,7 +141,7 @@ impl<const FORM: u32> LightParams<FORM> {
             shadow::NO_LAST_VISIBILITY,
             block.last_visibility.0[i],
         );
-        let is_last = is_finished & ((block.ends_after_check.0[i] > 0.0) | is_dark | out_of_steps);
+        let is_last = is_finished & (ends_after_check | is_dark | out_of_steps);
         (!is_finished & out_of_steps, is_last)
     }
 

@@ -99,6 +99,7 @@ impl<const FORM: u32> LightParams<FORM> {
         block.clear_t.0[i] = choose(is_central, clear_t, block.clear_t.0[i]);
         let bound = shadow::candidate_bound(block.visibility.0[i], ray_number);
         let is_candidate = is_running
+            & (t >= block.next_check_t.0[i])
             & (shadow::is_candidate(sample_visibility, block.last_visibility.0[i], bound) > 0.0);
         let last_visibility = shadow::last_visibility(sample_visibility, self.has_loose_slopes);
         block.last_visibility.0[i] =
@@ -192,6 +193,7 @@ impl<const FORM: u32> LightParams<FORM> {
         block.step.0[i] = 0.0;
         block.slope_before.0[i] = 0.0;
         block.visibility.0[i] = 0.0;
+        block.next_check_t.0[i] = 0.0;
         block.last_visibility.0[i] = shadow::NO_LAST_VISIBILITY;
         block.candidate_t.0[i] = shadow::NO_CANDIDATE;
     }
