@@ -256,13 +256,7 @@ pub(crate) fn compile_with(
         for_all_params: bounds_for_all_params.get(SceneRef::from(&scene), root),
         current: current_bounds(SceneRef::from(&scene), root, &parts, options.time, None),
     };
-    let settings = build_settings(
-        &mut scene,
-        fallback,
-        bounds,
-        &slopes,
-        &mut uniforms,
-    );
+    let settings = build_settings(&mut scene, fallback, bounds, &slopes, &mut uniforms);
     let mut module = Module {
         distance: schedule(&optimized),
         surface: surface.as_ref().map(schedule),

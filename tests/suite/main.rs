@@ -16,6 +16,7 @@ mod light;
 mod lod;
 mod metamorphic;
 mod passes;
+mod penumbra;
 mod plane_edges;
 mod rounding;
 mod shapes;

@@ -6,6 +6,7 @@ mod blend;
 mod held_branches;
 mod norm;
 mod period;
+mod power;
 mod relative;
 
 pub(crate) use held_branches::HeldBranches;

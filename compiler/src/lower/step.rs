@@ -390,9 +390,13 @@ impl Lowering<'_> {
             true => near_region(bounds),
             false => Bounds::centred([unit; 3]),
         };
-        if self.slopes.has_loose_bounds(scene_ref, self.boxes, id, &Bounds::ALL_SPACE) {
-            self.slopes.meets_loose_bounds |=
-                self.slopes.has_loose_bounds(scene_ref, self.boxes, id, &region);
+        if self
+            .slopes
+            .has_loose_bounds(scene_ref, self.boxes, id, &Bounds::ALL_SPACE)
+        {
+            self.slopes.meets_loose_bounds |= self
+                .slopes
+                .has_loose_bounds(scene_ref, self.boxes, id, &region);
         }
     }
 

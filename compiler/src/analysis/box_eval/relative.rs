@@ -5,6 +5,7 @@
 //! that of a sum is a mean of its operands' relative gradients.
 
 use super::BoxStep;
+use super::power::{self, MIN_POWER_BASE};
 use sdfc_vm::dual::Dual;
 use sdfc_vm::interval::Interval;
 use sdfc_vm::real::Real;
@@ -20,9 +21,6 @@ const MIN_LOGARITHM_ARGUMENT: f64 = 1e-30;
 /// Minimum magnitude of a divisor.
 const MIN_DIVISOR: f64 = 1e-18;
 
-/// Minimum base of a power.
-const MIN_POWER_BASE: f64 = 1e-37;
-
 /// Narrows the result of a step by the relative gradients of its operands, and returns its own.
 ///
 /// `None` stands for a number that may be zero or less.
@@ -35,6 +33,10 @@ pub(super) fn refine(
 ) -> Option<Relative> {
     if let BoxStep::Apply { op, values, .. } = step {
         narrow(value, *op, values, previous, relative);
+        if let (Op::Pow, &[base, exponent]) = (*op, &values[..]) {
+            let bounds = power::gradient(previous[base], previous[exponent], value.value);
+            value.gradient = each([value.gradient, bounds], |[a, b]| intersection(a, b));
+        }
         if is_fraction_of_sum(*op, values, steps, relative) {
             value.value = intersection(value.value, Interval { lo: 0.0, hi: 1.0 });
         }
@@ -148,6 +150,10 @@ fn rule(
                 true => with_zero(power),
                 false => power,
             })
+        }
+        Op::Pow if low(0) >= MIN_POWER_BASE => {
+            let [base, exponent] = [previous[values[0]], previous[values[1]]];
+            Some(operand_relative(0)? * exponent.value + exponent.gradient * base.value.ln())
         }
         _ => None,
     }

@@ -7,8 +7,8 @@
 
 use super::region_bounds::RegionBounds;
 use super::{
-    Budget, CappedField, FoundSlope, MAX_SLOPE_RATIO, SlopeScope, capped_field, contains, estimated_slope,
-    has_discontinuities, pieces, slope_bound, steepest_sample, surface_slope,
+    Budget, CappedField, FoundSlope, MAX_SLOPE_RATIO, SlopeScope, capped_field, contains,
+    estimated_slope, has_discontinuities, pieces, slope_bound, steepest_sample, surface_slope,
 };
 use crate::analysis::bounds::ShapeBounds;
 use crate::analysis::param_ranges::ParamRanges;
@@ -530,8 +530,7 @@ impl ShapeSlopes {
             &[number] if has_discontinuities(expressions, number) => {
                 let regions = [region, &sampled];
                 let (size, ranges) = (self.size, &self.ranges);
-                let bound =
-                    pieces::continuous(expressions, number, regions, size, ranges, budget)?;
+                let bound = pieces::continuous(expressions, number, regions, size, ranges, budget)?;
                 let steepest = steepest_sample(expressions, numbers, &sampled, ranges);
                 Some(FoundSlope::new(
                     bound,

@@ -111,8 +111,10 @@ impl<const FORM: u32> LightParams<FORM> {
             candidate::restart_value::<f32>(field),
             block.value.0[i],
         );
-        let begins_check =
-            is_running & (!is_candidate | is_at_end | self.checks_all()) & (candidate_t > 0.0) & !out_of_steps;
+        let begins_check = is_running
+            & (!is_candidate | is_at_end | self.checks_all())
+            & (candidate_t > 0.0)
+            & !out_of_steps;
         begin_candidate_check(self.choice, block, i, begins_check, is_at_end);
         let is_ended = is_running & !begins_check & is_at_end;
         let visibility = choose(is_blocked, -1.0, block.visibility.0[i]);
