@@ -129,11 +129,7 @@ impl Lowering<'_> {
                 return self.divide_by_slope(node, global_slope, local_point);
             }
             let divided = self.divide_by_slope(node, near_slope, local_point);
-            // With an estimated slope, a surface may be nearer than the step says.
-            let limit = match self.unbounded.contains(&id) {
-                true => margin,
-                false => max_surface_distance(&bounds),
-            };
+            let limit = max_surface_distance(&bounds);
             return self.bounded(divided, &bounds, [margin, limit], local_point);
         }
         if let Some(node) = self.piecewise(

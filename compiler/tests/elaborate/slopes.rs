@@ -12,6 +12,12 @@ const FIELDS: &[(&str, f64, f64)] = &[
     // Within the box and a margin of a tenth of its half diagonal.
     ("field(fn(p) => exp(p.x) - 1, within: 4)", 1.35, 1.11),
     ("field(fn(p) => p.x * p.x - p.y, within: 2)", 2.5079, 1.11),
+    // Down to a base of zero, where the logarithm has no bound.
+    (
+        "field(fn(p) => pow(abs(p.x), 1.5 + p.y * p.y) - 0.2, within: 2)",
+        3.925,
+        1.11,
+    ),
     // Many periods: one is searched.
     (
         "field(fn(p) => 0.1 * sin(20 * p.x) * sin(20 * p.y) * sin(20 * p.z), within: 8)",

@@ -98,7 +98,7 @@ pub fn elongate_correct<R: Real>(d: R, p: R::Vec3, half: R::Vec3) -> R {
 /// The valid neighbourhood of the box contains all paths from there to the shape. So the value is used
 /// unchanged up to the neighbourhood's boundary, where the result is discontinuous. With a tight limit, the
 /// value would be constant near a corner, and its gradient would vanish. The shape's own distance counts as
-/// at most `limit`, for overflowing values and estimated slopes.
+/// at most `limit`, for overflowing values.
 #[inline(always)]
 pub fn bounded<R: Real>(
     d: R,
