@@ -110,7 +110,7 @@ functions! {
     shadow_start = shadow::start_t(min_step, is_sharp);
     shadow_exit = shadow::exit_t(origin, direction, low, high, light_t, size);
     shadow_candidate_limit = shadow::candidate_limit(t, size);
-    shadow_last_visibility = shadow::last_visibility(sample_visibility, has_loose_slopes);
+    shadow_last_visibility = shadow::last_visibility(sample_visibility, checks_all);
     shadow_next_check = shadow::next_check_t(t, value, gradient, size);
     shadow_moved_candidate = shadow::moved_candidate_t(to_surface, gradient, direction, t, t_end, value, round, moves, gain);
     shadow_earlier_candidate = shadow::earlier_candidate_t(t, size, moves);

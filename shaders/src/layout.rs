@@ -165,8 +165,8 @@ shared! {
         exact_half_space_count: u32,
         /// Maximum length of shadow rays.
         light_far: f32,
-        /// 1 where no close slope bound of a field is known, so that its values may be far below distances; else 0.
-        has_loose_slopes: f32,
+        /// Padding to a multiple of 16 bytes.
+        reserved0: u32,
     }
 }
 
@@ -290,10 +290,10 @@ shared! {
         shadow_form: u32,
         /// Number of lights, the same in each of them.
         light_count: u32,
+        /// 1 where every sample of a shadow ray that may be the lowest is an occluder candidate; else 0.
+        checks_all: f32,
         /// Unused.
         reserved0: u32,
-        /// Unused.
-        reserved1: u32,
     }
 }
 

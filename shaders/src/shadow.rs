@@ -92,18 +92,28 @@ pub fn is_candidate<R: Real>(sample_visibility: R, last_visibility: R, visibilit
     R::select(is_lower, lit(1.0), lit(0.0))
 }
 
-/// Returns the visibility with which [`is_candidate`] compares the next sample. Where slopes are loose, all samples that may
-/// be the lowest are candidates: the lowest value need not be the nearest to a surface.
+/// Minimum size of a light whose rays check all candidates in raw fields. Penumbras of narrower ones lie close to surfaces.
+const MIN_CHECKED_SIZE: f64 = 0.1;
+
+/// Reports whether rays towards a light check every sample that may be the lowest. In raw fields, the lowest value over the
+/// distance along the ray need not be the nearest to a surface. Without a close bound of their slopes, samples follow the
+/// bound, too.
+pub fn checks_all(size: f64, is_raw: bool, has_loose_slopes: bool) -> bool {
+    has_loose_slopes || (is_raw && size >= MIN_CHECKED_SIZE)
+}
+
+/// Returns the visibility with which [`is_candidate`] compares the next sample. `checks_all` is 1 where all samples that may
+/// be the lowest are candidates ([`checks_all`]), else 0.
 #[inline(always)]
-pub fn last_visibility<R: Real>(sample_visibility: R, has_loose_slopes: R) -> R {
+pub fn last_visibility<R: Real>(sample_visibility: R, checks_all: R) -> R {
     R::select(
-        has_loose_slopes.less(lit(0.5)),
+        checks_all.less(lit(0.5)),
         sample_visibility,
         lit(f64::from(NO_LAST_VISIBILITY)),
     )
 }
 
-/// Distance along the ray between two candidates where slopes are loose, as a fraction of the distance of a surface from
+/// Distance along the ray between two candidates where all are checked, as a fraction of the distance of a surface from
 /// the first by its gradient.
 const CHECK_SPACING: f64 = 0.25;
 /// Maximum of that distance, in radii of the light.

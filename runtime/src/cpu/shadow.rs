@@ -213,7 +213,7 @@ impl<const FORM: u32> RayTask for ShadowRays<'_, FORM> {
         ended: &mut [bool; LANES],
     ) {
         let light_params = self.light_params();
-        let check_step = 1.0 - light_params.has_loose_slopes;
+        let check_step = 1.0 - light_params.checks_all;
         let mut transitions = sized::RayTransitions::default();
         for (i, ended) in ended.iter_mut().enumerate() {
             block.steps.0[i] += check_step;
@@ -250,7 +250,7 @@ impl<const FORM: u32> ShadowRays<'_, FORM> {
             size: self.light.size,
             is_positional: self.light.is_positional,
             is_raw: self.frame.is_raw,
-            has_loose_slopes: self.frame.has_loose_slopes,
+            checks_all: self.light.checks_all,
             least_rounding: self.frame.least_rounding,
             low: vector(self.frame.bounds_min),
             high: vector(self.frame.bounds_max),
@@ -343,8 +343,8 @@ struct LightParams<const FORM: u32> {
     is_positional: f32,
     /// 1 where raw fields occur, so that the gradient may have any length; else 0.
     is_raw: f32,
-    /// 1 where no close slope bound of a field is known; else 0.
-    has_loose_slopes: f32,
+    /// 1 where every candidate is checked at once; else 0.
+    checks_all: f32,
     /// Rounding error of the field at the origin of the scene.
     least_rounding: f32,
     /// Lower corner of the scene's bounds, outside of which there is nothing.
@@ -360,7 +360,7 @@ impl<const FORM: u32> LightParams<FORM> {
     /// Reports whether every candidate is checked at once.
     #[inline(always)]
     fn checks_all(self) -> bool {
-        self.has_loose_slopes > 0.5
+        self.checks_all > 0.5
     }
 
     /// Returns the rounding error of the field at the point of the ray in a lane.
@@ -424,7 +424,7 @@ impl<const FORM: u32> LightParams<FORM> {
         let if_candidate = |new: f32, old: f32| self.choice.choose(is_candidate, new, old);
         block.candidate_t.0[i] = if_candidate(t, block.candidate_t.0[i]);
         block.value.0[i] = if_candidate(candidate::restart_value::<f32>(field), block.value.0[i]);
-        let last_visibility = shadow::last_visibility(sample_visibility, self.has_loose_slopes);
+        let last_visibility = shadow::last_visibility(sample_visibility, self.checks_all);
         block.last_visibility.0[i] = select(last_visibility, block.last_visibility.0[i]);
         let has_passed_minimum = (!is_candidate | is_at_end | self.checks_all()) & !goes_back;
         let has_candidate = block.candidate_t.0[i] > 0.0;

@@ -175,7 +175,7 @@ pub fn prepare(settings: &RenderSettings, facts: &FieldFacts) -> RenderJob {
         .iter()
         .map(|scene_light| layout::LightRecord {
             light_count: count,
-            ..light(scene_light)
+            ..light(scene_light, facts)
         })
         .collect();
     let foggy = lighting.fog.is_some_and(|density| density > 0.0);
@@ -186,7 +186,6 @@ pub fn prepare(settings: &RenderSettings, facts: &FieldFacts) -> RenderJob {
         far: (settings.far - approach) as f32,
         origin_right: single(axes.origin_right),
         is_raw: if facts.is_raw { 1.0 } else { 0.0 },
-        has_loose_slopes: if facts.has_loose_slopes { 1.0 } else { 0.0 },
         origin_up: single(axes.origin_up),
         rounding: (marching::ROUNDING_PER_UNIT * (largest + start)) as f32,
         forward: single(axes.forward),
@@ -432,8 +431,9 @@ fn shadow_form(shadow: ResolvedShadow) -> (features::ShadowForm, f64) {
     }
 }
 
-fn light(light: &ResolvedLight) -> layout::LightRecord {
+fn light(light: &ResolvedLight, facts: &FieldFacts) -> layout::LightRecord {
     let (kind, size) = shadow_form(light.shadow);
+    let checks_all = shadow::checks_all(size, facts.is_raw, facts.has_loose_slopes);
     let (position, is_point) = match light.source {
         LightEmitter::Directional(direction) => (unit(direction), 0.0),
         LightEmitter::Point(position) => (single(position), 1.0),
@@ -444,6 +444,7 @@ fn light(light: &ResolvedLight) -> layout::LightRecord {
         color: single(light.color),
         size: size.max(1e-5) as f32,
         shadow_form: kind as u32,
+        checks_all: if checks_all { 1.0 } else { 0.0 },
         ..layout::LightRecord::default()
     }
 }

@@ -110,7 +110,7 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
         let limit = shadow_candidate_limit(ray.candidate_t, ray.size);
         let sample = candidate_sample_point(point, ray.offset, ray.phase, ray.value, ray.gradient, limit);
         let field = scene_distance(sample) * side;
-        let checks_all = frame.has_loose_slopes > 0.5;
+        let checks_all = light.checks_all > 0.5;
         ray.steps += select(1u, 0u, is_probing && checks_all);
         if is_nan(field) {
             ray.steps |= DONE_FLAG;
@@ -296,7 +296,7 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
                 // A candidate is probed once the ray has passed the lowest visibility.
                 let is_candidate = t >= ray.next_check_t
                     && shadow_is_candidate(sample_visibility, ray.last_visibility, bound) > 0.0;
-                ray.last_visibility = shadow_last_visibility(sample_visibility, frame.has_loose_slopes);
+                ray.last_visibility = shadow_last_visibility(sample_visibility, light.checks_all);
                 if is_candidate {
                     ray.candidate_t = t;
                     ray.value = candidate_restart_value(field);

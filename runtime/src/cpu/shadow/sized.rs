@@ -101,7 +101,7 @@ impl<const FORM: u32> LightParams<FORM> {
         let is_candidate = is_running
             & (t >= block.next_check_t.0[i])
             & (shadow::is_candidate(sample_visibility, block.last_visibility.0[i], bound) > 0.0);
-        let last_visibility = shadow::last_visibility(sample_visibility, self.has_loose_slopes);
+        let last_visibility = shadow::last_visibility(sample_visibility, self.checks_all);
         block.last_visibility.0[i] =
             choose(is_running, last_visibility, block.last_visibility.0[i]);
         let candidate_t = choose(is_candidate, t, kept_t);
