@@ -113,8 +113,8 @@ pub fn last_visibility<R: Real>(sample_visibility: R, checks_all: R) -> R {
     )
 }
 
-/// Distance along the ray between two candidates where all are checked, as a fraction of the distance of a surface from
-/// the first by its gradient.
+/// Distance along the ray between two candidates where all are checked, as a fraction of a surface's distance from the
+/// first.
 const CHECK_SPACING: f64 = 0.25;
 /// Maximum of that distance, in radii of the light.
 const MAX_CHECK_SPACING_RADII: f64 = 3.0;

@@ -1,9 +1,9 @@
 //! Bounds of the gradient of a power near a base of zero, where its logarithm is unbounded.
 
-use super::relative::Relative;
 use sdfc_vm::dual::Dual;
 use sdfc_vm::interval::Interval;
 use sdfc_vm::real::Real;
+use sdfc_vm::vector::V3;
 use std::f64::consts::E;
 
 /// Minimum base of a power; below it, the power is that of this base.
@@ -17,7 +17,7 @@ pub(super) fn gradient(
     base: Dual<Interval>,
     exponent: Dual<Interval>,
     power: Interval,
-) -> Relative {
+) -> V3<Interval> {
     let (range, b) = (base.value, exponent.value);
     let a = Interval {
         lo: range.lo.max(MIN_POWER_BASE),
