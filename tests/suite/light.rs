@@ -235,7 +235,7 @@ fn loose_statements_move_no_penumbra() {
             1.8,
         ),
     ] {
-        for shadow in ["soft(0.1)", "soft(0.3)", "plain"] {
+        for shadow in ["soft(0.08)", "soft(0.3)", "plain"] {
             let scene = |statement: &str| {
                 format!(
                     "camera {{ from: [3, 2.5, 4], look: [0, 0, 0], fov: 38deg }}\n\
