@@ -110,7 +110,9 @@ functions! {
     shadow_start = shadow::start_t(min_step, is_sharp);
     shadow_exit = shadow::exit_t(origin, direction, low, high, light_t, size);
     shadow_candidate_limit = shadow::candidate_limit(t, size);
-    shadow_last_visibility = shadow::last_visibility(sample_visibility, checks_all);
+    shadow_last_visibility = shadow::last_visibility(sample_visibility, checks);
+    shadow_step_to_check = shadow::step_to_check(step, t, next_check_t, checks);
+    shadow_is_checked = shadow::is_checked(is_candidate, t, next_check_t, checks);
     shadow_next_check = shadow::next_check_t(t, value, gradient, size);
     shadow_moved_candidate = shadow::moved_candidate_t(to_surface, gradient, direction, t, t_end, value, round, moves, gain);
     shadow_earlier_candidate = shadow::earlier_candidate_t(t, size, moves);
@@ -140,7 +142,7 @@ functions! {
         visibility, to_surface, direction, axis, t, size, t_end
     );
     shadow_candidate_bound = shadow::candidate_bound(visibility, number);
-    shadow_clear_until = shadow::clear_until(clear_t, field, t, size);
+    shadow_clear_until = shadow::clear_until(clear_t, field, t, size, checks);
     shadow_light_fraction = shadow::light_fraction(visibility);
     shadow_light_fraction_sized = shadow::light_fraction_sized(visibility);
 

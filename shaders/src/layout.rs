@@ -290,8 +290,8 @@ shared! {
         shadow_form: u32,
         /// Number of lights, the same in each of them.
         light_count: u32,
-        /// 1 where every sample of a shadow ray that may be the lowest is an occluder candidate; else 0.
-        checks_all: f32,
+        /// Samples of shadow rays that are occluder candidates: [`crate::shadow::Checks`] as a number.
+        checks: f32,
         /// Unused.
         reserved0: u32,
     }

@@ -95,19 +95,59 @@ pub fn is_candidate<R: Real>(sample_visibility: R, last_visibility: R, visibilit
 /// Minimum size of a light whose rays check all candidates in raw fields. Penumbras of narrower ones lie close to surfaces.
 const MIN_CHECKED_SIZE: f64 = 0.1;
 
-/// Reports whether rays towards a light check every sample that may be the lowest. In raw fields, the lowest value over the
-/// distance along the ray need not be the nearest to a surface. Without a close bound of their slopes, samples follow the
-/// bound, too.
-pub fn checks_all(size: f64, is_raw: bool, has_loose_slopes: bool) -> bool {
-    has_loose_slopes || (is_raw && size >= MIN_CHECKED_SIZE)
+/// Samples of shadow rays that are occluder candidates.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Checks {
+    /// Those where the value is lowest, relative to the distance along the ray.
+    Lowest = 0,
+    /// All at which a surface may be near by their values.
+    Near = 1,
+    /// All in distances that follow from measured slopes, whatever the values are.
+    Measured = 2,
 }
 
-/// Returns the visibility with which [`is_candidate`] compares the next sample. `checks_all` is 1 where all samples that may
-/// be the lowest are candidates ([`checks_all`]), else 0.
+impl Checks {
+    /// Returns the checks of rays towards a light. In raw fields, the lowest value over the distance along the ray need not be
+    /// the nearest to a surface. Without a close bound of their slopes, values say little about distances.
+    pub fn new(size: f64, is_raw: bool, has_loose_slopes: bool) -> Self {
+        match has_loose_slopes {
+            true => Self::Measured,
+            false if is_raw && size >= MIN_CHECKED_SIZE => Self::Near,
+            false => Self::Lowest,
+        }
+    }
+}
+
+/// Reports whether all samples are candidates that lie apart by measured slopes.
 #[inline(always)]
-pub fn last_visibility<R: Real>(sample_visibility: R, checks_all: R) -> R {
+fn is_measured<R: Real>(checks: R) -> R::Bool {
+    lit::<R>(1.5).less(checks)
+}
+
+/// Relative tolerance of the place of a check.
+const CHECK_TOLERANCE: f64 = 1e-6;
+
+/// Returns the step from `t` that ends at the next check at the latest, if checks lie apart by measured slopes.
+#[inline(always)]
+pub fn step_to_check<R: Real>(step: R, t: R, next_check_t: R, checks: R) -> R {
+    let is_ahead = (t * lit(1.0 + CHECK_TOLERANCE)).less(next_check_t);
+    let is_limited = R::and(is_measured(checks), is_ahead);
+    R::select(is_limited, step.min(next_check_t - t), step)
+}
+
+/// Returns 1 where a sample at `t` is checked, else 0. `is_candidate` is the result of [`is_candidate`].
+#[inline(always)]
+pub fn is_checked<R: Real>(is_candidate: R, t: R, next_check_t: R, checks: R) -> R {
+    let is_due = R::not((t * lit(1.0 + CHECK_TOLERANCE)).less(next_check_t));
+    let may_darken = R::or(is_measured(checks), lit::<R>(0.5).less(is_candidate));
+    R::select(R::and(is_due, may_darken), lit(1.0), lit(0.0))
+}
+
+/// Returns the visibility with which [`is_candidate`] compares the next sample.
+#[inline(always)]
+pub fn last_visibility<R: Real>(sample_visibility: R, checks: R) -> R {
     R::select(
-        checks_all.less(lit(0.5)),
+        checks.less(lit(0.5)),
         sample_visibility,
         lit(f64::from(NO_LAST_VISIBILITY)),
     )
@@ -116,6 +156,8 @@ pub fn last_visibility<R: Real>(sample_visibility: R, checks_all: R) -> R {
 /// Distance along the ray between two candidates where all are checked, as a fraction of a surface's distance from the
 /// first.
 const CHECK_SPACING: f64 = 0.25;
+/// Minimum of that distance, in radii of the light.
+const MIN_CHECK_SPACING_RADII: f64 = 0.1;
 /// Maximum of that distance, in radii of the light.
 const MAX_CHECK_SPACING_RADII: f64 = 3.0;
 
@@ -127,8 +169,9 @@ pub const NO_NEXT_CHECK: f32 = 1e30;
 #[inline(always)]
 pub fn next_check_t<R: Real>(t: R, value: R, gradient: R::Vec3, size: R) -> R {
     let distance = value / gradient.length().max(lit(1e-20));
-    let max_spacing = size * t * lit(MAX_CHECK_SPACING_RADII);
-    t + (distance * lit(CHECK_SPACING)).min(max_spacing)
+    let radius = (size * t).named("radius");
+    let spacing = (distance * lit(CHECK_SPACING)).max(radius * lit(MIN_CHECK_SPACING_RADII));
+    t + spacing.min(radius * lit(MAX_CHECK_SPACING_RADII))
 }
 
 /// Maximum distance of surfaces from a candidate, in radii of the light there. A ray may find a candidate
@@ -480,10 +523,13 @@ pub fn candidate_bound<R: Real>(visibility: R, number: R) -> R {
 
 /// Returns the distance up to which rays to the rim need no samples, after a sample at `t` of the ray to the
 /// centre. While it is positive, the empty spheres of all samples contain the rays to the rim. The first
-/// sample with a smaller sphere makes it final, and negative.
+/// sample with a smaller sphere makes it final, and negative. Where checks lie apart by measured slopes, it is the start.
 #[inline(always)]
-pub fn clear_until<R: Real>(clear_t: R, field: R, t: R, size: R) -> R {
-    let is_clear = (size * t * lit(2.0 * RIM_RADII)).less(field);
+pub fn clear_until<R: Real>(clear_t: R, field: R, t: R, size: R, checks: R) -> R {
+    let is_clear = R::and(
+        R::not(is_measured(checks)),
+        (size * t * lit(2.0 * RIM_RADII)).less(field),
+    );
     let is_clear_so_far = lit::<R>(0.0).less(clear_t);
     R::select(is_clear_so_far, R::select(is_clear, t, -clear_t), clear_t)
 }

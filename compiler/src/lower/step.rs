@@ -74,11 +74,10 @@ impl Lowering<'_> {
         ) {
             return node;
         }
-        let global_slope = self.slope(id, &Bounds::ALL_SPACE);
         let own_bounds = self.boxes.get(SceneRef::from(&*self.scene), id);
         let mut bounds = own_bounds.intersection(&local_point.region);
         let unit = self.slopes.size() * local_point.unit;
-        self.note_loose_bounds(id, &bounds, unit);
+        let global_slope = self.global_slope(id, &bounds, unit);
         if is_unit_slope(global_slope) || global_slope < MIN_SLOPE {
             return node;
         }
@@ -379,21 +378,32 @@ impl Lowering<'_> {
         cubes
     }
 
-    /// Notes whether a shape's fields have close slope bounds where its surface may be, in `bounds` or near the origin.
-    fn note_loose_bounds(&mut self, id: ShapeId, bounds: &Bounds, unit: f64) {
+    /// Returns a bound of a shape's slope in all of space; infinite if unknown. Close bounds near the surface, in `bounds`,
+    /// make those that the scene states needless.
+    fn global_slope(&mut self, id: ShapeId, bounds: &Bounds, unit: f64) -> f64 {
+        let is_loose = self.note_loose_bounds(id, bounds, unit);
+        let scene_ref = SceneRef::from(&*self.scene);
+        match bounds.is_finite() && !is_loose {
+            true => self
+                .slopes
+                .found_in_region(scene_ref, self.boxes, id, &Bounds::ALL_SPACE),
+            false => self.slope(id, &Bounds::ALL_SPACE),
+        }
+    }
+
+    /// Reports whether a shape's fields lack close slope bounds where its surface may be, in `bounds` or near the origin.
+    /// Notes it for the settings.
+    fn note_loose_bounds(&mut self, id: ShapeId, bounds: &Bounds, unit: f64) -> bool {
         let scene_ref = SceneRef::from(&*self.scene);
         let region = match bounds.is_finite() {
             true => near_region(bounds),
             false => Bounds::centred([unit; 3]),
         };
-        if self
-            .slopes
-            .has_loose_bounds(scene_ref, self.boxes, id, &Bounds::ALL_SPACE)
-        {
-            self.slopes.meets_loose_bounds |= self
-                .slopes
-                .has_loose_bounds(scene_ref, self.boxes, id, &region);
-        }
+        let mut is_loose =
+            |region| (self.slopes).has_loose_bounds(scene_ref, self.boxes, id, region);
+        let is_loose = is_loose(&Bounds::ALL_SPACE) && is_loose(&region);
+        self.slopes.meets_loose_bounds |= is_loose;
+        is_loose
     }
 
     /// Returns a bound of a shape's slope in a region of its frame; infinite if unknown.

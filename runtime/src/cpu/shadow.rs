@@ -213,7 +213,7 @@ impl<const FORM: u32> RayTask for ShadowRays<'_, FORM> {
         ended: &mut [bool; LANES],
     ) {
         let light_params = self.light_params();
-        let check_step = 1.0 - light_params.checks_all;
+        let check_step = if light_params.checks_all() { 0.0 } else { 1.0 };
         let mut transitions = sized::RayTransitions::default();
         for (i, ended) in ended.iter_mut().enumerate() {
             block.steps.0[i] += check_step;
@@ -250,7 +250,7 @@ impl<const FORM: u32> ShadowRays<'_, FORM> {
             size: self.light.size,
             is_positional: self.light.is_positional,
             is_raw: self.frame.is_raw,
-            checks_all: self.light.checks_all,
+            checks: self.light.checks,
             least_rounding: self.frame.least_rounding,
             low: vector(self.frame.bounds_min),
             high: vector(self.frame.bounds_max),
@@ -343,8 +343,8 @@ struct LightParams<const FORM: u32> {
     is_positional: f32,
     /// 1 where raw fields occur, so that the gradient may have any length; else 0.
     is_raw: f32,
-    /// 1 where every candidate is checked at once; else 0.
-    checks_all: f32,
+    /// Samples that are occluder candidates: [`shadow::Checks`] as a number.
+    checks: f32,
     /// Rounding error of the field at the origin of the scene.
     least_rounding: f32,
     /// Lower corner of the scene's bounds, outside of which there is nothing.
@@ -360,7 +360,7 @@ impl<const FORM: u32> LightParams<FORM> {
     /// Reports whether every candidate is checked at once.
     #[inline(always)]
     fn checks_all(self) -> bool {
-        self.checks_all > 0.5
+        self.checks > 0.5
     }
 
     /// Returns the rounding error of the field at the point of the ray in a lane.
@@ -384,6 +384,10 @@ impl<const FORM: u32> LightParams<FORM> {
         let next = match FORM {
             PLAIN => shadow::short_stride(field, t, min_stride, self.size),
             _ => shadow::stride(field, t, min_stride, self.size),
+        };
+        let next = match has_penumbra(FORM) {
+            true => shadow::step_to_check(next, t, block.next_check_t.0[i], self.checks),
+            false => next,
         };
         // The last point is the end of the ray itself, wherever the previous steps were.
         let remaining = block.exit_t.0[i] - t;
@@ -417,14 +421,14 @@ impl<const FORM: u32> LightParams<FORM> {
         }
         let sample_visibility = shadow::visibility_at(field, t, self.size);
         let is_inside = (field < -sign_margin) & !goes_back;
-        let is_candidate = (shadow::is_candidate(sample_visibility, block.last_visibility.0[i], v)
-            > 0.0)
-            & (t >= block.next_check_t.0[i])
-            & !goes_back;
+        let is_lower = shadow::is_candidate(sample_visibility, block.last_visibility.0[i], v);
+        let next_check_t = block.next_check_t.0[i];
+        let is_checked = shadow::is_checked(is_lower, t, next_check_t, self.checks);
+        let is_candidate = (is_checked > 0.0) & !goes_back;
         let if_candidate = |new: f32, old: f32| self.choice.choose(is_candidate, new, old);
         block.candidate_t.0[i] = if_candidate(t, block.candidate_t.0[i]);
         block.value.0[i] = if_candidate(candidate::restart_value::<f32>(field), block.value.0[i]);
-        let last_visibility = shadow::last_visibility(sample_visibility, self.checks_all);
+        let last_visibility = shadow::last_visibility(sample_visibility, self.checks);
         block.last_visibility.0[i] = select(last_visibility, block.last_visibility.0[i]);
         let has_passed_minimum = (!is_candidate | is_at_end | self.checks_all()) & !goes_back;
         let has_candidate = block.candidate_t.0[i] > 0.0;

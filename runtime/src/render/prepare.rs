@@ -433,7 +433,7 @@ fn shadow_form(shadow: ResolvedShadow) -> (features::ShadowForm, f64) {
 
 fn light(light: &ResolvedLight, facts: &FieldFacts) -> layout::LightRecord {
     let (kind, size) = shadow_form(light.shadow);
-    let checks_all = shadow::checks_all(size, facts.is_raw, facts.has_loose_slopes);
+    let checks = shadow::Checks::new(size, facts.is_raw, facts.has_loose_slopes);
     let (position, is_point) = match light.source {
         LightEmitter::Directional(direction) => (unit(direction), 0.0),
         LightEmitter::Point(position) => (single(position), 1.0),
@@ -444,7 +444,7 @@ fn light(light: &ResolvedLight, facts: &FieldFacts) -> layout::LightRecord {
         color: single(light.color),
         size: size.max(1e-5) as f32,
         shadow_form: kind as u32,
-        checks_all: if checks_all { 1.0 } else { 0.0 },
+        checks: f32::from(checks as u8),
         ..layout::LightRecord::default()
     }
 }

@@ -110,7 +110,7 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
         let limit = shadow_candidate_limit(ray.candidate_t, ray.size);
         let sample = candidate_sample_point(point, ray.offset, ray.phase, ray.value, ray.gradient, limit);
         let field = scene_distance(sample) * side;
-        let checks_all = light.checks_all > 0.5;
+        let checks_all = light.checks > 0.5;
         ray.steps += select(1u, 0u, is_probing && checks_all);
         if is_nan(field) {
             ray.steps |= DONE_FLAG;
@@ -248,7 +248,7 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
 #if sized
             if is_sized && is_inside { step = shadow_inner_stride(t, current_min_step, ray.size); }
 #end
-            step = min(step, max(exit_t - t, 0.0));
+            step = min(shadow_step_to_check(step, t, ray.next_check_t, light.checks), max(exit_t - t, 0.0));
             ray.t += step;
             ray.field_before = field;
             ray.step = step;
@@ -278,7 +278,9 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
                 }
                 ray_ends = is_inside || ray.ray_number == INSIDE_RAY_NUMBER;
                 if ray_ends { ray.visibility = -1.0; }
-                if ray.ray_number == 0.0 { ray.clear_t = shadow_clear_until(ray.clear_t, field, t, ray.size); }
+                if ray.ray_number == 0.0 {
+                    ray.clear_t = shadow_clear_until(ray.clear_t, field, t, ray.size, light.checks);
+                }
                 bound = shadow_candidate_bound(ray.visibility, ray.ray_number);
             } else if is_inside {
                 ray.visibility = 0.0;
@@ -294,9 +296,9 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
 #end
             if !ray_ends {
                 // A candidate is probed once the ray has passed the lowest visibility.
-                let is_candidate = t >= ray.next_check_t
-                    && shadow_is_candidate(sample_visibility, ray.last_visibility, bound) > 0.0;
-                ray.last_visibility = shadow_last_visibility(sample_visibility, light.checks_all);
+                let is_lower = shadow_is_candidate(sample_visibility, ray.last_visibility, bound);
+                let is_candidate = shadow_is_checked(is_lower, t, ray.next_check_t, light.checks) > 0.0;
+                ray.last_visibility = shadow_last_visibility(sample_visibility, light.checks);
                 if is_candidate {
                     ray.candidate_t = t;
                     ray.value = candidate_restart_value(field);

@@ -54,6 +54,8 @@ pub(crate) struct ShapeSlopes {
     pub(crate) uses_estimates: bool,
     /// Set if a field has no close slope bound where its surface may be.
     pub(crate) meets_loose_bounds: bool,
+    /// Set while bounds that the scene states are not used.
+    ignores_statements: bool,
     /// Set by a search without a close bound of a field.
     has_met_loose_bound: bool,
 }
@@ -99,6 +101,7 @@ impl ShapeSlopes {
             discontinuous_step: HashMap::new(),
             uses_estimates: false,
             meets_loose_bounds: false,
+            ignores_statements: false,
             has_met_loose_bound: false,
         }
     }
@@ -127,6 +130,20 @@ impl ShapeSlopes {
         if !self.varies(scene, id) {
             self.constant_bounds.insert(id, bound);
         }
+        bound
+    }
+
+    /// Returns a bound of the shape's slope within a region without those that the scene states; infinite if unknown.
+    pub(crate) fn found_in_region(
+        &mut self,
+        scene: SceneRef<'_>,
+        boxes: &mut ShapeBounds,
+        id: ShapeId,
+        region: &Bounds,
+    ) -> f64 {
+        self.ignores_statements = true;
+        let bound = self.bound_in_region(scene, boxes, id, region);
+        self.ignores_statements = false;
         bound
     }
 
@@ -279,7 +296,8 @@ impl ShapeSlopes {
                 let found = self.proved_slope(scene.expressions, &[*value], region);
                 let is_close = found.is_some_and(|found| found.is_close);
                 self.has_met_loose_bound |= !is_close;
-                let Some(slope) = slope else { return bound };
+                let stated = slope.filter(|_| !self.ignores_statements);
+                let Some(slope) = &stated else { return bound };
                 match self.find_refutation(scene, boxes, id, *value, *slope) {
                     Some(refuted) if self.is_estimating => bound.max(refuted.slope),
                     Some(_) => bound,

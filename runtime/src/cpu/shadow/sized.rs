@@ -51,6 +51,7 @@ impl<const FORM: u32> LightParams<FORM> {
             short_stride
         };
         let next = if is_inside { inner_stride } else { next };
+        let next = shadow::step_to_check(next, t, block.next_check_t.0[i], self.checks);
         let remaining = block.exit_t.0[i] - t;
         let remaining = if remaining > 0.0 { remaining } else { 0.0 };
         let next = if next < remaining { next } else { remaining };
@@ -94,14 +95,15 @@ impl<const FORM: u32> LightParams<FORM> {
         let is_blocked = is_running & (is_inside | (new_ray_number == shadow::INSIDE_RAY_NUMBER));
         let is_running = is_running & !is_blocked;
 
-        let clear_t = shadow::clear_until(block.clear_t.0[i], field, t, size);
+        let clear_t = shadow::clear_until(block.clear_t.0[i], field, t, size, self.checks);
         let is_central = is_running & (ray_number == 0.0);
         block.clear_t.0[i] = choose(is_central, clear_t, block.clear_t.0[i]);
         let bound = shadow::candidate_bound(block.visibility.0[i], ray_number);
-        let is_candidate = is_running
-            & (t >= block.next_check_t.0[i])
-            & (shadow::is_candidate(sample_visibility, block.last_visibility.0[i], bound) > 0.0);
-        let last_visibility = shadow::last_visibility(sample_visibility, self.checks_all);
+        let is_lower = shadow::is_candidate(sample_visibility, block.last_visibility.0[i], bound);
+        let next_check_t = block.next_check_t.0[i];
+        let is_checked = shadow::is_checked(is_lower, t, next_check_t, self.checks);
+        let is_candidate = is_running & (is_checked > 0.0);
+        let last_visibility = shadow::last_visibility(sample_visibility, self.checks);
         block.last_visibility.0[i] =
             choose(is_running, last_visibility, block.last_visibility.0[i]);
         let candidate_t = choose(is_candidate, t, kept_t);
