@@ -128,7 +128,11 @@ impl Lowering<'_> {
                 return self.divide_by_slope(node, global_slope, local_point);
             }
             let divided = self.divide_by_slope(node, near_slope, local_point);
-            let limit = max_surface_distance(&bounds);
+            // A field too steep for `f32` may have a surface anywhere.
+            let limit = match near_slope < MAX_SLOPE {
+                true => max_surface_distance(&bounds),
+                false => margin,
+            };
             return self.bounded(divided, &bounds, [margin, limit], local_point);
         }
         if let Some(node) = self.piecewise(
