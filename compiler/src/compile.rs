@@ -481,7 +481,7 @@ fn build_settings(
         subject: None,
         bounds_for_all_params: bounds.for_all_params,
         current_bounds: bounds.current,
-        has_estimated_slopes: slopes.uses_estimates,
+        max_slope: slopes.max_slope,
         has_loose_slopes: slopes.meets_loose_bounds,
         time: 0.0,
         material,

@@ -236,8 +236,9 @@ impl RenderSettings {
 pub struct FieldFacts {
     /// Set if the slope of the field may differ from about one, because it contains raw fields.
     pub is_raw: bool,
-    /// Set if the slope may exceed one, because only an estimate of it is known.
-    pub has_estimated_slopes: bool,
+    /// Bound of the slope of the field: 1, or more where a scene states a bound above an estimate. Infinite if only an
+    /// estimate is known.
+    pub max_slope: f32,
     /// Set if no close bound of a field's slope is found.
     pub has_loose_slopes: bool,
     /// The bounding box of the solid.
@@ -247,12 +248,16 @@ pub struct FieldFacts {
 }
 
 impl FieldFacts {
-    /// Returns the bound of the field's slope; infinite if only an estimate is known.
-    pub(crate) fn max_slope(&self) -> f32 {
-        if self.has_estimated_slopes {
-            f32::INFINITY
-        } else {
-            1.0
+    /// Reports whether only an estimate of a field's slope is known.
+    pub(crate) fn has_estimated_slopes(&self) -> bool {
+        self.max_slope.is_infinite()
+    }
+
+    /// Returns the factor on a value for a safe step. Without a bound, the value itself is one.
+    pub(crate) fn step_factor(&self) -> f32 {
+        match self.has_estimated_slopes() {
+            true => 1.0,
+            false => 1.0 / self.max_slope,
         }
     }
 }

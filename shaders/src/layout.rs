@@ -165,8 +165,8 @@ shared! {
         exact_half_space_count: u32,
         /// Maximum length of shadow rays.
         light_far: f32,
-        /// Padding to a multiple of 16 bytes.
-        reserved0: u32,
+        /// Factor on a value for a safe step.
+        step_factor: f32,
     }
 }
 

@@ -369,7 +369,9 @@ impl Lowering<'_> {
             let outer = bound.max(inner).min(global_slope);
             // Values that grow ever faster are too steep to march by any bound.
             if outer >= MAX_SLOPE {
-                self.slopes.uses_estimates |= ratio < MIN_BOUNDED_RATIO;
+                if ratio < MIN_BOUNDED_RATIO {
+                    self.slopes.max_slope = f64::INFINITY;
+                }
                 break;
             }
             cubes.push(Cube {
@@ -439,10 +441,13 @@ impl Lowering<'_> {
         if slope.is_finite() {
             return slope.max(MIN_SLOPE);
         }
-        self.slopes.uses_estimates = true;
         let scene_ref = SceneRef::from(&*self.scene);
         let guess = self.slopes.estimate(scene_ref, self.boxes, id, region);
-        if self.unbounded.insert(id) {
+        let divisor = guess.clamp(MIN_SLOPE, MAX_SLOPE);
+        let stated = (self.slopes).stated_in_region(scene_ref, self.boxes, id, region);
+        // A statement guides steps only: the values are those without it.
+        self.slopes.max_slope = self.slopes.max_slope.max(stated / divisor);
+        if stated.is_infinite() && self.unbounded.insert(id) {
             let shape = &self.scene.shapes[id.0 as usize];
             let (sampled_slope, may_state_end) = match &shape.kind {
                 ShapeKind::Field {
@@ -473,7 +478,7 @@ impl Lowering<'_> {
             self.diagnostics
                 .push(unbounded_warning(shape.span, guess, &advice));
         }
-        guess.clamp(MIN_SLOPE, MAX_SLOPE)
+        divisor
     }
 
     /// Warns of declared slopes of a shape and of those below it that do not hold, even where no bound is

@@ -257,7 +257,7 @@ impl RayTask for March<'_> {
                 block,
                 i,
                 values.0[i],
-                1.0,
+                frame.step_factor,
                 crowd,
                 |next, out| {
                     let out = if next.arrived > 0.0 {

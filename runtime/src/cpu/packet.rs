@@ -384,7 +384,7 @@ impl Marcher {
         packet.side.0[lane] = block.side.0[slot];
         // The sphere around the last point is empty beyond the leaf, too.
         let slope = block.slope.0[slot];
-        let clear_radius = block.field.0[slot] * slope;
+        let clear_radius = block.field.0[slot] * slope * frame.step_factor;
         packet.clear_from.0[lane] = block.t.0[slot] - clear_radius;
         packet.clear_to.0[lane] = block.t.0[slot] + clear_radius;
         let outcome = block.outcome.0[slot];

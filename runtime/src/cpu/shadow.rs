@@ -250,6 +250,7 @@ impl<const FORM: u32> ShadowRays<'_, FORM> {
             size: self.light.size,
             is_positional: self.light.is_positional,
             is_raw: self.frame.is_raw,
+            step_factor: self.frame.step_factor,
             checks: self.light.checks,
             least_rounding: self.frame.least_rounding,
             low: vector(self.frame.bounds_min),
@@ -343,6 +344,8 @@ struct LightParams<const FORM: u32> {
     is_positional: f32,
     /// 1 where raw fields occur, so that the gradient may have any length; else 0.
     is_raw: f32,
+    /// Factor on the field for a safe step.
+    step_factor: f32,
     /// Samples that are occluder candidates: [`shadow::Checks`] as a number.
     checks: f32,
     /// Rounding error of the field at the origin of the scene.
@@ -378,12 +381,13 @@ impl<const FORM: u32> LightParams<FORM> {
     #[inline(always)]
     fn step(self, block: &mut ShadowLanes, i: usize, field: f32) -> bool {
         let (t, v) = (block.t.0[i], block.visibility.0[i]);
-        let slope = shadow::slope(field, block.field_before.0[i], block.step.0[i]);
+        let radius = field * self.step_factor;
+        let slope = shadow::slope(radius, block.field_before.0[i], block.step.0[i]);
         let sign_margin = marching::sign_margin(self.rounding_near(block, i), slope, self.is_raw);
         let min_stride = block.min_step.0[i] * shadow::late_speedup(block.steps.0[i]);
         let next = match FORM {
-            PLAIN => shadow::short_stride(field, t, min_stride, self.size),
-            _ => shadow::stride(field, t, min_stride, self.size),
+            PLAIN => shadow::short_stride(radius, t, min_stride, self.size),
+            _ => shadow::stride(radius, t, min_stride, self.size),
         };
         let next = match has_penumbra(FORM) {
             true => shadow::step_to_check(next, t, block.next_check_t.0[i], self.checks),
@@ -397,7 +401,7 @@ impl<const FORM: u32> LightParams<FORM> {
         let is_at_end = (t >= block.exit_t.0[i]) | out_of_steps;
         let is_nan_value = is_nan(field);
         let back_step = shadow::step_to_passed_sheet(
-            field,
+            radius,
             block.field_before.0[i],
             block.step.0[i],
             block.slope_before.0[i],
@@ -411,16 +415,16 @@ impl<const FORM: u32> LightParams<FORM> {
         };
         let select = |new: f32, old: f32| self.choice.choose(!goes_back, new, old);
         block.t.0[i] = t + next;
-        block.field_before.0[i] = select(field, block.field_before.0[i]);
+        block.field_before.0[i] = select(radius, block.field_before.0[i]);
         block.step.0[i] = if goes_back { back_step } else { next };
         block.slope_before.0[i] = if goes_back { 0.0 } else { slope };
         if !has_penumbra(FORM) {
-            let sample_visibility = select(shadow::hard_visibility(v, field, sign_margin), v);
+            let sample_visibility = select(shadow::hard_visibility(v, radius, sign_margin), v);
             block.visibility.0[i] = sample_visibility;
             return !goes_back & (is_at_end | (sample_visibility <= 0.0) | is_nan_value);
         }
-        let sample_visibility = shadow::visibility_at(field, t, self.size);
-        let is_inside = (field < -sign_margin) & !goes_back;
+        let sample_visibility = shadow::visibility_at(radius, t, self.size);
+        let is_inside = (radius < -sign_margin) & !goes_back;
         let is_lower = shadow::is_candidate(sample_visibility, block.last_visibility.0[i], v);
         let next_check_t = block.next_check_t.0[i];
         let is_checked = shadow::is_checked(is_lower, t, next_check_t, self.checks);

@@ -186,6 +186,7 @@ pub fn prepare(settings: &RenderSettings, facts: &FieldFacts) -> RenderJob {
         far: (settings.far - approach) as f32,
         origin_right: single(axes.origin_right),
         is_raw: if facts.is_raw { 1.0 } else { 0.0 },
+        step_factor: facts.step_factor(),
         origin_up: single(axes.origin_up),
         rounding: (marching::ROUNDING_PER_UNIT * (largest + start)) as f32,
         forward: single(axes.forward),

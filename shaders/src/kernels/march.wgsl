@@ -41,7 +41,7 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
         // A camera inside a solid sees the solid's surface from behind.
         if ray.steps == 1u && t == 0.0 && distance < 0.0 { ray.status |= FROM_INSIDE; }
         let side = select(1.0, -1.0, (ray.status & FROM_INSIDE) != 0u);
-        let next_field = distance * side;
+        let next_field = distance * side * frame.step_factor;
         let march_threshold = threshold(t, half, frame.threshold_fraction, frame.rounding);
         let rounding = rounding_at(t, frame.rounding);
         let value_rounding = rounding_near(point, rounding, frame.least_rounding);

@@ -50,14 +50,26 @@ pub(crate) struct ShapeSlopes {
     capped: HashMap<(ShapeId, [u64; 6]), Option<CappedField>>,
     /// Steps on numbers with discontinuities, by the corners of their region.
     discontinuous_step: HashMap<(ExprId, [u64; 6], SlopeScope), Option<ExprId>>,
-    /// Set if a value was divided by less than a bound of its slope where rays may pass.
-    pub(crate) uses_estimates: bool,
+    /// Bound of the slopes of values after their division, where rays may pass. It exceeds one where a value was divided by
+    /// an estimate that is less than what the scene states, and is infinite where nothing is stated.
+    pub(crate) max_slope: f64,
     /// Set if a field has no close slope bound where its surface may be.
     pub(crate) meets_loose_bounds: bool,
-    /// Set while bounds that the scene states are not used.
-    ignores_statements: bool,
+    /// Bounds that the scene states and that are used.
+    statements: Statements,
     /// Set by a search without a close bound of a field.
     has_met_loose_bound: bool,
+}
+
+/// Slope bounds of fields that the scene states.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Statements {
+    /// No statement.
+    None,
+    /// Those beside a loose bound that a search has found.
+    BesideFound,
+    /// Those without a close bound beside them.
+    All,
 }
 
 /// Counterexample to a field's declared slope.
@@ -99,9 +111,9 @@ impl ShapeSlopes {
             tested: HashMap::new(),
             capped: HashMap::new(),
             discontinuous_step: HashMap::new(),
-            uses_estimates: false,
+            max_slope: 1.0,
             meets_loose_bounds: false,
-            ignores_statements: false,
+            statements: Statements::BesideFound,
             has_met_loose_bound: false,
         }
     }
@@ -141,9 +153,23 @@ impl ShapeSlopes {
         id: ShapeId,
         region: &Bounds,
     ) -> f64 {
-        self.ignores_statements = true;
+        self.statements = Statements::None;
         let bound = self.bound_in_region(scene, boxes, id, region);
-        self.ignores_statements = false;
+        self.statements = Statements::BesideFound;
+        bound
+    }
+
+    /// Returns a bound of the shape's slope within a region by all that the scene states; infinite if unknown.
+    pub(crate) fn stated_in_region(
+        &mut self,
+        scene: SceneRef<'_>,
+        boxes: &mut ShapeBounds,
+        id: ShapeId,
+        region: &Bounds,
+    ) -> f64 {
+        self.statements = Statements::All;
+        let bound = self.bound_in_region(scene, boxes, id, region);
+        self.statements = Statements::BesideFound;
         bound
     }
 
@@ -296,15 +322,19 @@ impl ShapeSlopes {
                 let found = self.proved_slope(scene.expressions, &[*value], region);
                 let is_close = found.is_some_and(|found| found.is_close);
                 self.has_met_loose_bound |= !is_close;
-                let stated = slope.filter(|_| !self.ignores_statements);
-                let Some(slope) = &stated else { return bound };
-                match self.find_refutation(scene, boxes, id, *value, *slope) {
-                    Some(refuted) if self.is_estimating => bound.max(refuted.slope),
+                // The choice does not depend on the statement, since light samples a field where its steps end.
+                let is_used = match self.statements {
+                    Statements::None => false,
+                    Statements::BesideFound => found.is_some() && !is_close,
+                    Statements::All => !is_close,
+                };
+                let Some(slope) = slope.filter(|_| is_used) else {
+                    return bound;
+                };
+                match self.find_refutation(scene, boxes, id, *value, slope) {
                     Some(_) => bound,
-                    // Both bounds hold. The choice does not depend on the statement, since light samples a
-                    // field where its steps end.
-                    None if !is_close && self.covers_region(scene, boxes, id, region) => {
-                        bound.min(self.range(scene, *slope).hi)
+                    None if self.covers_region(scene, boxes, id, region) => {
+                        bound.min(self.range(scene, slope).hi)
                     }
                     None => bound,
                 }

@@ -233,7 +233,7 @@ fn cull_entered_body(frame: &FrameUniforms, cell: &Cell, values: &F32x64, p: &mu
         let is_apart = field >= marching::sign_margin(rounding, 1.0, 0.0);
         let crosses = p.entry_t.0[i] <= p.exit_t.0[i];
         *culled = crosses & is_through & is_apart;
-        let clear_radius = field * bounds.slope;
+        let clear_radius = field * bounds.slope * frame.step_factor;
         let select = |new: f32, old: f32| choice.choose(*culled, new, old);
         p.steps.0[i] = select(p.steps.0[i] + 1.0, p.steps.0[i]);
         p.side.0[i] = select(side, p.side.0[i]);
@@ -264,7 +264,11 @@ mod tests {
             packet.entry_t.0.fill(2.0);
             packet.exit_t.0.fill(2.1);
             values.0.fill(0.3);
-            let culled = cull_entered(&FrameUniforms::default(), &cell, &values, &mut packet);
+            let frame = FrameUniforms {
+                step_factor: 1.0,
+                ..FrameUniforms::default()
+            };
+            let culled = cull_entered(&frame, &cell, &values, &mut packet);
             assert_eq!(culled, u64::MAX, "{slope}");
             for (from, to) in packet.clear_from.0.iter().zip(&packet.clear_to.0) {
                 let clear = [2.0 - from, to - 2.0];
