@@ -134,6 +134,9 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
             var probe_ends = false;
             if checks_all && ray.phase > 3.5 && ray.round + ray.moves < 0.5 && ray.next_check_t < NO_NEXT_CHECK {
                 ray.next_check_t = shadow_next_check(ray.candidate_t, ray.value, ray.gradient, ray.size);
+                let excess = shadow_step_back_to_check(ray.t, ray.next_check_t, light.checks);
+                ray.t -= excess;
+                ray.step -= excess;
             }
             if ray.phase < 0.75 {
                 let is_offset = any(ray.offset != vec3f(0.0));
