@@ -236,6 +236,8 @@ impl RenderSettings {
 pub struct FieldFacts {
     /// Set if the slope of the field may differ from about one, because it contains raw fields.
     pub is_raw: bool,
+    /// Set if a raw field was divided by an estimate of its slope.
+    pub has_estimated_slopes: bool,
     /// Bound of the slope of the field: 1, or more where a scene states a bound above an estimate. Infinite if only an
     /// estimate is known.
     pub max_slope: f32,
@@ -248,17 +250,17 @@ pub struct FieldFacts {
 }
 
 impl FieldFacts {
-    /// Reports whether only an estimate of a field's slope is known.
-    pub(crate) fn has_estimated_slopes(&self) -> bool {
-        self.max_slope.is_infinite()
+    /// Returns the bound of the field's slope without what the scene states; infinite if only an estimate is known.
+    pub(crate) fn found_slope(&self) -> f32 {
+        match self.has_estimated_slopes {
+            true => f32::INFINITY,
+            false => 1.0,
+        }
     }
 
-    /// Returns the factor on a value for a safe step. Without a bound, the value itself is one.
+    /// Returns the factor on a value for the radius of an empty sphere; 0 without a bound of the slope.
     pub(crate) fn step_factor(&self) -> f32 {
-        match self.has_estimated_slopes() {
-            true => 1.0,
-            false => 1.0 / self.max_slope,
-        }
+        1.0 / self.max_slope
     }
 }
 

@@ -65,6 +65,8 @@ pub struct Features {
     pub fog: bool,
     /// True if half spaces contain an endless scene.
     pub has_half_spaces: bool,
+    /// True if samples on each step prove that there is no surface.
+    pub proves_steps: bool,
     /// True if the scene is a 2-D shape, seen face on.
     pub is_2d: bool,
     /// True for kernels that handle any lights, occlusion, fog, materials, half spaces and differences.
@@ -90,6 +92,7 @@ impl Features {
             materials: true,
             fog: false,
             has_half_spaces: false,
+            proves_steps: false,
             is_2d: self.is_2d,
             generic: true,
         }

@@ -82,6 +82,9 @@ functions! {
     accept_at_step_cap = marching::accept_at_step_cap(
         t, field, trend, t_before, field_before, half_pixel, far
     );
+    first_sample_t = marching::first_sample_t(t, field, factor, min_step, end_t, proved_t);
+    later_sample_t = marching::later_sample_t(t, field, factor, min_step, end_t);
+    min_sample_step = marching::min_sample_step(half_pixel, threshold);
     is_settled = marching::is_settled(t, field, t_other, field_other, rounding, is_raw);
     next_estimate = marching::next_estimate(
         t, field, t_other, field_other, rounding, is_raw, count

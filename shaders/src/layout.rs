@@ -165,7 +165,7 @@ shared! {
         exact_half_space_count: u32,
         /// Maximum length of shadow rays.
         light_far: f32,
-        /// Factor on a value for a safe step.
+        /// Factor on a value for the radius of an empty sphere: 1, or less where a bound is only stated; 0 without a bound.
         step_factor: f32,
     }
 }
@@ -174,6 +174,8 @@ shared! {
 pub const FOG_FLAG: u32 = 1;
 /// Set in `FrameUniforms::flags` where occlusion samples the hemisphere.
 pub const HEMISPHERE_FLAG: u32 = 2;
+/// Set in `FrameUniforms::flags` where values of raw fields are no lower bounds of distances.
+pub const ESTIMATE_FLAG: u32 = 4;
 
 shared! {
     /// The grid of cells, and its first cells: see [`crate::interpreter::tape`].

@@ -74,6 +74,10 @@ pub const FROM_INSIDE: u32 = 8;
 pub const SHOWN: u32 = 16;
 /// Status bit of a ray whose end the engine `reference` could not prove. Kernels never set it.
 pub const UNDECIDED: u32 = 32;
+/// Number of the first status bit for the proved fraction of an active ray's step.
+pub const PROVED_SHIFT: u32 = 8;
+/// The proved fraction of a whole step.
+pub const MAX_PROVED: f32 = 16_777_215.0;
 
 /// Default weight of the newest slope in the running mean.
 pub const DEFAULT_RELAXATION: f64 = 0.3;
@@ -536,12 +540,41 @@ pub fn sign_margin<R: Real>(rounding: R, slope: R, is_raw: R) -> R {
             .min(lit(MARGIN_ROUNDINGS))
 }
 
+/// Reports whether samples on each step prove that there is no surface; see [`first_sample_t`].
+pub fn proves_steps(factor: f32) -> bool {
+    0.0 < factor && factor < 1.0
+}
+
+/// Returns the distance along a ray of the first sample of a step from `t` to `end_t`. Up to `proved_t` it needs none.
+///
+/// A field whose slope is only estimated may reach zero on a step. Where the scene states a bound, samples on the step prove
+/// that it does not. `factor` is less than 1 there: times this, the value `field` at `t` is the radius of an empty sphere.
+/// These samples do not decide where the step ends, so that a larger bound only adds more of them.
+#[inline(always)]
+pub fn first_sample_t<R: Real>(t: R, field: R, factor: R, min_step: R, end_t: R, proved_t: R) -> R {
+    let sample_t = later_sample_t(t, field, factor, min_step, end_t);
+    let is_stated = R::and(factor.less(lit(1.0)), lit::<R>(0.0).less(factor));
+    let is_checked = R::and(is_stated, lit::<R>(0.0).less(field));
+    R::select(is_checked, sample_t.max(proved_t).min(end_t), end_t)
+}
+
+/// Returns the distance along a ray of the next sample of a step that ends at `end_t`, after one at `t`; see
+/// [`first_sample_t`].
+#[inline(always)]
+pub fn later_sample_t<R: Real>(t: R, field: R, factor: R, min_step: R, end_t: R) -> R {
+    (t + (field * factor).max(min_step)).min(end_t)
+}
+
+/// Returns the minimum distance between the samples of a step; see [`first_sample_t`].
+#[inline(always)]
+pub fn min_sample_step<R: Real>(half_pixel: R, threshold: R) -> R {
+    (half_pixel * lit(MIN_STEP_HALF_PIXELS)).max(threshold)
+}
+
 /// Returns the minimum step where the field is below it. It grows with the number of steps.
 #[inline(always)]
 fn short_step<R: Real>(half_pixel: R, threshold: R, count: R) -> R {
-    let min_step = (half_pixel * lit(MIN_STEP_HALF_PIXELS))
-        .max(threshold)
-        .named("min_step");
+    let min_step = min_sample_step(half_pixel, threshold).named("min_step");
     let capped_step =
         (min_step * speedup_after(count, CAPPED_SPEEDUP_STEPS)).min(half_pixel.max(min_step));
     capped_step.max(min_step * speedup_after(count, UNCAPPED_SPEEDUP_STEPS))

@@ -60,6 +60,8 @@ pub struct Settings {
     pub bounds_for_all_params: Bounds,
     /// Bounding box of the solid for one assignment of the parameters.
     pub current_bounds: CurrentBounds,
+    /// Set if a field is divided by an estimate of its slope, since no bound is found.
+    pub has_estimated_slopes: bool,
     /// Bound of the slope of the distance program: 1, or more where a field is divided by an estimate that is less than the
     /// bound that the scene states. Infinite if no bound is known.
     pub max_slope: f64,

@@ -172,6 +172,7 @@ fn spacing(settings: &RenderSettings) -> f32 {
     };
     let no_facts = FieldFacts {
         is_raw: false,
+        has_estimated_slopes: false,
         max_slope: 1.0,
         has_loose_slopes: false,
         bounds: Bounds::ALL_SPACE,

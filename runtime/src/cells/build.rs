@@ -40,14 +40,6 @@ pub struct CellSpec<'a> {
     pub max_split_clauses: u64,
 }
 
-/// Returns the slope of a cell by the bound of the program's slope. Without one, steps follow from proofs.
-fn default_slope(max_slope: f32) -> f32 {
-    match max_slope.is_finite() {
-        true => max_slope,
-        false => 1.0,
-    }
-}
-
 impl CellSpec<'_> {
     /// Reports whether only the sign of a cell is stored, which is positive. Without a value below zero there is no
     /// surface, even where the field is zero.
@@ -76,7 +68,7 @@ pub fn build(program: &Program, tape: &Tape, spec: &CellSpec<'_>) -> Cells {
         max_slope: spec.max_slope,
         cells: vec![Cell {
             region,
-            slope: default_slope(spec.max_slope),
+            slope: 1.0,
             gradient: None,
             may_be_discontinuous: false,
             tape: TapeRange {
@@ -313,8 +305,6 @@ type SlopeAndGradient = (f32, Option<[[f32; 2]; 3]>);
 struct Worker<'a> {
     program: &'a Program,
     max_slope: f32,
-    /// Set if the program divides raw fields by slopes.
-    has_raw: bool,
     tracer: Tracer,
     pruner: Pruner,
     gradient: TapeEvaluator<Dual<FloatInterval>>,
@@ -326,7 +316,6 @@ impl<'a> Worker<'a> {
         let mut worker = Self {
             program,
             max_slope,
-            has_raw: program.code.iter().any(divides_raw),
             tracer: Tracer::new(tape),
             pruner: Pruner::default(),
             gradient: TapeEvaluator::new(tape.values, tape.points),
@@ -399,9 +388,8 @@ impl<'a> Worker<'a> {
         let inputs = *self.tracer.boxes();
         let empty = |lane: usize, low: f32| !is_kept[lane] && spec.is_empty(low);
         let full = |lane: usize, high: f32| !is_kept[lane] && spec.is_full(high);
-        let is_raw = self.is_raw(tape);
-        let mut slopes_and_gradients = [(self.default_slope(is_raw), None); LANES];
-        let slopes = analysis.slopes && is_raw;
+        let mut slopes_and_gradients = [(1.0, None); LANES];
+        let slopes = analysis.slopes && self.is_raw(tape);
         if slopes {
             let open = |&lane: &usize| !empty(lane, low.0[lane]) && !full(lane, high.0[lane]);
             let open: Vec<usize> = (0..CHILDREN).filter(open).collect();
@@ -488,14 +476,6 @@ impl<'a> Worker<'a> {
         gradient.is_none()
     }
 
-    /// Returns the slope of a cell in which no bound is searched or found. Without raw fields, its tape computes distances.
-    fn default_slope(&self, is_raw: bool) -> f32 {
-        match self.has_raw && !is_raw {
-            true => 1.0,
-            false => default_slope(self.max_slope),
-        }
-    }
-
     /// Reports whether a tape divides a raw field by a slope bound.
     fn is_raw(&self, tape: &[Clause]) -> bool {
         let raw = |clause: &Clause| divides_raw(&self.program.code[clause.instruction as usize]);
@@ -553,14 +533,13 @@ impl<'a> Worker<'a> {
         boxes: &[F32x64; 6],
         count: usize,
     ) -> [SlopeAndGradient; LANES] {
-        let default_slope = self.default_slope(true);
         *self.gradient.inputs_mut() = with_identity_jacobian_of_boxes(boxes);
         let [x, y, z, _] = self.gradient.run(self.program, tape, count);
         std::array::from_fn(|lane| {
             let gradient = [x, y, z].map(|[low, high]| [low.0[lane], high.0[lane]]);
             let (slope, gradient) = with_slack(gradient);
             if !slope.is_finite() {
-                return (default_slope, None);
+                return (1.0, None);
             }
             (clamped_slope(slope, self.max_slope), Some(gradient))
         })

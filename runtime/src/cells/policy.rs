@@ -123,7 +123,7 @@ impl PacketCells {
             CellMode::Never => Self::Never,
             CellMode::Always | CellMode::Cpu | CellMode::Gpu => Self::Always,
             // Only bounds in cells can prove that rays step over nothing.
-            CellMode::Auto if facts.has_estimated_slopes() => Self::Always,
+            CellMode::Auto if facts.has_estimated_slopes => Self::Always,
             CellMode::Auto if tape.lipschitz.is_bounded() && clauses >= MIN_CLAUSES => Self::Always,
             CellMode::Auto if tape.lipschitz.is_bounded() => Self::Never,
             CellMode::Auto => Self::Trial,

@@ -75,7 +75,8 @@ impl RayTask for Beams<'_> {
             let t = block.t.0[i];
             let half = camera::half_pixel(t, frame.half_pixel_size, frame.half_pixel_growth);
             let threshold = marching::threshold(t, half, frame.threshold_fraction, frame.rounding);
-            let field = values.0[i] * frame.step_factor;
+            let is_distance = frame.flags & layout::ESTIMATE_FLAG == 0;
+            let field = if is_distance { values.0[i] } else { 0.0 };
             let step = beam::advance(t, field, block.spread.0[i], block.widening.0[i], threshold);
             let goes_on = beam::should_continue(step, half) > 0.0;
             let t = t + if goes_on { step } else { 0.0 };

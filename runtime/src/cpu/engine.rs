@@ -308,7 +308,7 @@ impl CpuScene {
             band: 0.0,
             margin: 0.0,
             rule,
-            max_slope: self.facts.max_slope,
+            max_slope: self.facts.found_slope(),
             max_split_clauses,
         }
     }

@@ -15,7 +15,7 @@ use sdfc_vm::vector::V3;
 /// Numbers of steps after which rays are interrupted.
 const INTERRUPTIONS: [u32; 2] = [256, 1024];
 
-impl March<'_> {
+impl<const PROVES: bool> March<'_, PROVES> {
     /// Marches rays to their ends. Returns the number of evaluations.
     pub(super) fn run(mut self, items: &[u32], evaluator: &mut dyn Evaluator) -> u64 {
         self.max_steps = INTERRUPTIONS[0];

@@ -1,6 +1,7 @@
 //! The stage `march`: rays advance to the surface.
 
 use super::camera_rays::CameraRay;
+use super::proved_steps::{is_between, plan_sample, proves_part_of_step, sample_step};
 use super::ray_tasks::{ColumnChoice, RayTask, is_nan, lane_ray, lanes, set_lane_ray, store_point};
 use super::{F32x64, LANES, Points};
 use crate::render::ray::vector;
@@ -13,7 +14,7 @@ lanes! {
     /// Rays under way.
     MarchLanes {
         origin_x, origin_y, origin_z, direction_x, direction_y, direction_z, exit_t, crowd_enter, crowd_exit, plane_t,
-        t, field, step, trend, t_before, field_before, side, steps, outcome,
+        t, field, step, trend, t_before, field_before, side, steps, outcome, sample_t,
     }
 }
 
@@ -64,12 +65,12 @@ macro_rules! takes_probe {
 }
 pub(super) use takes_probe;
 
-/// Returns the point of the next sample of the ray in a lane of such a block; the field is known
-/// from `$low` to `$high`.
+/// Returns the point of the next sample of the ray in a lane of such a block, `$step` beyond the last one. The field is
+/// known from `$low` to `$high`.
 macro_rules! next_point {
-    ($frame:expr, $block:ident, $i:ident, $low:expr, $high:expr) => {{
+    ($frame:expr, $block:ident, $i:ident, $step:expr, $low:expr, $high:expr) => {{
         let (origin, direction) = lane_ray!($block, $i);
-        let (t, step) = ($block.t.0[$i], $block.step.0[$i]);
+        let (t, step): (f32, f32) = ($block.t.0[$i], $step);
         let half = camera::half_pixel(t + step, $frame.half_pixel_size, $frame.half_pixel_growth);
         marching::sample_point::<f32>(
             origin,
@@ -169,8 +170,8 @@ macro_rules! step_lane {
 }
 pub(super) use step_lane;
 
-/// Rays through pixels: items are indices in the tile.
-pub(super) struct March<'a> {
+/// Rays through pixels: items are indices in the tile. With `PROVES`, samples on each step prove that there is no surface.
+pub(super) struct March<'a, const PROVES: bool> {
     pub(super) frame: &'a FrameUniforms,
     pub(super) camera_rays: &'a [CameraRay],
     pub(super) rays: &'a mut [RayState],
@@ -185,7 +186,7 @@ pub(super) struct March<'a> {
     pub(super) are_under_way: bool,
 }
 
-impl RayTask for March<'_> {
+impl<const PROVES: bool> RayTask for March<'_, PROVES> {
     type Block = MarchLanes;
 
     fn begin(&mut self, item: u32, block: &mut MarchLanes, lane: usize) -> bool {
@@ -219,6 +220,7 @@ impl RayTask for March<'_> {
         [block.crowd_enter.0[lane], block.crowd_exit.0[lane]] = crowd;
         block.plane_t.0[lane] = plane_t;
         block.t.0[lane] = ray.t;
+        block.sample_t.0[lane] = ray.t;
         block.field.0[lane] = ray.field;
         block.step.0[lane] = ray.step;
         block.trend.0[lane] = ray.trend;
@@ -237,7 +239,11 @@ impl RayTask for March<'_> {
         let frame = self.frame;
         let (low, high) = (vector(frame.bounds_min), vector(frame.bounds_max));
         for i in 0..LANES {
-            store_point(points, i, next_point!(frame, block, i, low, high));
+            let step = match PROVES {
+                true => sample_step!(frame, block, i),
+                false => block.step.0[i],
+            };
+            store_point(points, i, next_point!(frame, block, i, step, low, high));
         }
     }
 
@@ -246,6 +252,10 @@ impl RayTask for March<'_> {
         let frame = self.frame;
         let choice = ColumnChoice::new();
         for i in 0..LANES {
+            if PROVES && proves_part_of_step!(frame, block, i, values.0[i], 1.0) {
+                block.outcome.0[i] = outcome::ACTIVE;
+                continue;
+            }
             let crowd = [
                 block.crowd_enter.0[i],
                 block.crowd_exit.0[i],
@@ -257,7 +267,7 @@ impl RayTask for March<'_> {
                 block,
                 i,
                 values.0[i],
-                frame.step_factor,
+                1.0,
                 crowd,
                 |next, out| {
                     let out = if next.arrived > 0.0 {
@@ -272,6 +282,9 @@ impl RayTask for March<'_> {
                     }
                 }
             );
+            if PROVES {
+                plan_sample!(frame, block, i, 1.0);
+            }
         }
         let max_steps = self.max_steps as f32;
         for ((ended, &out), &steps) in ended.iter_mut().zip(&block.outcome.0).zip(&block.steps.0) {

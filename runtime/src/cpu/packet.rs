@@ -23,6 +23,7 @@ mod refine_roots;
 mod segments;
 
 use super::march::{next_point, outcome, step_lane, takes_probe};
+use super::proved_steps::{is_between, plan_sample, proves_part_of_step, sample_step};
 use super::ray_tasks::{ColumnChoice, Lanes, is_nan, lane_ray, lanes, store_point};
 use super::{AabbLanes, Evaluator, F32x64, GradientRangeLanes, LANES, Points, RangeLanes};
 use crate::cells::Cell;
@@ -56,7 +57,7 @@ lanes! {
     /// Rays under way in a leaf.
     LeafRays {
         lane, origin_x, origin_y, origin_z, direction_x, direction_y, direction_z, exit_t,
-        t, field, step, trend, t_before, field_before, side, steps, outcome, slope, decrease_max, decrease_min, leaf_exit_t, segment, base_step, is_open,
+        t, field, step, trend, t_before, field_before, side, steps, outcome, slope, decrease_max, decrease_min, leaf_exit_t, segment, base_step, is_open, sample_t,
     }
 }
 
@@ -139,6 +140,7 @@ impl Marcher {
         block.leaf_exit_t.0[slot] = p.exit_t.0[lane];
         block.t.0[slot] = p.entry_t.0[lane];
         block.t_before.0[slot] = p.entry_t.0[lane];
+        block.sample_t.0[slot] = p.entry_t.0[lane];
         block.side.0[slot] = p.side.0[lane];
         block.steps.0[slot] = p.steps.0[lane];
         self.values.0[slot] = bundled.values.0[lane];
@@ -253,7 +255,14 @@ impl Marcher {
             None => INTERVAL_CULL_STEPS,
         };
         let mut next_cull = first_check;
+        // Where no slope is found in the leaf, samples on each step prove what the scene states.
+        let proves_steps = marching::proves_steps(frame.step_factor) && cell.gradient.is_none();
         for steps in 1.. {
+            let advance = if proves_steps {
+                advance_proving
+            } else {
+                advance
+            };
             let mut remaining_rays =
                 active & advance(frame, cell, &self.values, count, &mut self.leaf_rays);
             if is_raw && remaining_rays != active {
@@ -284,6 +293,11 @@ impl Marcher {
             if active == 0 {
                 break;
             }
+            let next_points = if proves_steps {
+                next_samples
+            } else {
+                next_points
+            };
             next_points(frame, cell, &self.leaf_rays, count, &mut self.points);
             evaluator.distances_in_cell(cell_index, &self.points, count, &mut self.values);
             evaluations += u64::from(active.count_ones());
@@ -384,7 +398,8 @@ impl Marcher {
         packet.side.0[lane] = block.side.0[slot];
         // The sphere around the last point is empty beyond the leaf, too.
         let slope = block.slope.0[slot];
-        let clear_radius = block.field.0[slot] * slope * frame.step_factor;
+        let value = block.field.0[slot] * slope;
+        let clear_radius = value * entry::clear_fraction(frame);
         packet.clear_from.0[lane] = block.t.0[slot] - clear_radius;
         packet.clear_to.0[lane] = block.t.0[slot] + clear_radius;
         let outcome = block.outcome.0[slot];
@@ -404,7 +419,7 @@ impl Marcher {
             r.direction_z.0[hit] = block.direction_z.0[slot];
             // The field is below zero from the entry on: rounding hid the root, which lies a little before
             // the leaf.
-            let is_before = clear_radius < 0.0 && block.field_before.0[slot] == 0.0;
+            let is_before = value < 0.0 && block.field_before.0[slot] == 0.0;
             let rounding = marching::rounding_at(block.t.0[slot], frame.rounding);
             let hidden_depth = marching::sign_margin(rounding, 1.0, frame.is_raw) * 2.0;
             let step_back = if is_before { hidden_depth } else { 0.0 };
@@ -477,7 +492,26 @@ fn next_points_body(
     // The tape is valid in the leaf alone.
     let (low, high) = (vector(cell.region.low), vector(cell.region.high));
     for i in 0..whole_chunks(count) {
-        store_point(points, i, next_point!(frame, block, i, low, high));
+        store_point(
+            points,
+            i,
+            next_point!(frame, block, i, block.step.0[i], low, high),
+        );
+    }
+}
+
+/// Computes the points of the next evaluation of rays with samples on their steps.
+fn next_samples(
+    frame: &FrameUniforms,
+    cell: &Cell,
+    block: &LeafRays,
+    count: usize,
+    points: &mut Points,
+) {
+    let (low, high) = (vector(cell.region.low), vector(cell.region.high));
+    for i in 0..whole_chunks(count) {
+        let step = sample_step!(frame, block, i);
+        store_point(points, i, next_point!(frame, block, i, step, low, high));
     }
 }
 
@@ -512,62 +546,95 @@ fn advance_body(
 ) -> u64 {
     let choice = ColumnChoice::new();
     for i in 0..whole_chunks(count) {
-        let slope = block.slope.0[i];
-        step_lane!(
-            frame,
-            choice,
-            block,
-            i,
-            values.0[i],
-            1.0 / slope,
-            NO_CROWD,
-            |next, out| {
-                let remaining = block.exit_t.0[i] - next.t;
-                let decrease_max = block.decrease_max.0[i] / slope;
-                // Behind a discontinuity there may be a surface: the ray goes on to the leaf's face, and reads
-                // the sign there.
-                let is_at_face = remaining <= next.t.abs() * f32::EPSILON;
-                // A probe decides whether solids touch here.
-                let is_probe_due = marching::takes_probe(
-                    next.t,
-                    next.field,
-                    next.step,
-                    next.trend,
-                    next.field_before,
-                    frame.rounding,
-                ) > 0.0;
-                let is_through =
-                    misses_leaf(next.t, next.field, next.step, decrease_max, remaining)
-                        & (!cell.may_be_discontinuous | is_at_face)
-                        & (!is_probe_due | is_at_face);
-                let out = if is_through { outcome::EXITED } else { out };
-                if next.arrived > 0.0 {
-                    outcome::HIT
-                } else {
-                    out
-                }
-            }
-        );
-        // The tape is valid in the leaf, so no step leads out of it.
-        let remaining = block.exit_t.0[i] - block.t.0[i];
-        block.step.0[i] = Real::min(block.step.0[i], remaining);
-        // A field that decreases all the way, and to below zero, has one root. The first secant uses the mean
-        // of the least and the greatest rate of decrease.
-        let (min_decrease, max_decrease) = (
-            block.decrease_min.0[i] / slope,
-            block.decrease_max.0[i] / slope,
-        );
-        let active = block.outcome.0[i] == outcome::ACTIVE;
-        let is_even = max_decrease < min_decrease * MAX_DECREASE_RATIO;
-        let (field, falls) = (block.field.0[i], min_decrease * remaining);
-        let rounding = marching::rounding_at(block.exit_t.0[i], frame.rounding);
-        let depth = marching::sign_margin(rounding, min_decrease, frame.is_raw);
-        let is_certain = active & is_even & (field > 0.0) & (field + depth < falls);
-        let select = |new: f32, old: f32| choice.choose(is_certain, new, old);
-        block.outcome.0[i] = select(outcome::HIT, block.outcome.0[i]);
-        block.t_before.0[i] = select(block.exit_t.0[i], block.t_before.0[i]);
-        let end_value = field - (min_decrease + max_decrease) * 0.5 * remaining;
-        block.field_before.0[i] = select(Real::min(end_value, -depth), block.field_before.0[i]);
+        advance_lane(frame, cell, values, choice, block, i);
     }
     active_lanes_body(block)
+}
+
+/// Advances each ray by a step, or by a sample on one. Returns a mask of the lanes whose rays are still under way.
+fn advance_proving(
+    frame: &FrameUniforms,
+    cell: &Cell,
+    values: &F32x64,
+    count: usize,
+    block: &mut LeafRays,
+) -> u64 {
+    let choice = ColumnChoice::new();
+    for i in 0..whole_chunks(count) {
+        let slope = block.slope.0[i];
+        if proves_part_of_step!(frame, block, i, values.0[i], slope) {
+            block.outcome.0[i] = outcome::ACTIVE;
+            continue;
+        }
+        advance_lane(frame, cell, values, choice, block, i);
+        plan_sample!(frame, block, i, slope);
+    }
+    active_lanes_body(block)
+}
+
+/// Advances the ray in a lane by a step.
+#[inline(always)]
+fn advance_lane(
+    frame: &FrameUniforms,
+    cell: &Cell,
+    values: &F32x64,
+    choice: ColumnChoice,
+    block: &mut LeafRays,
+    i: usize,
+) {
+    let slope = block.slope.0[i];
+    step_lane!(
+        frame,
+        choice,
+        block,
+        i,
+        values.0[i],
+        1.0 / slope,
+        NO_CROWD,
+        |next, out| {
+            let remaining = block.exit_t.0[i] - next.t;
+            let decrease_max = block.decrease_max.0[i] / slope;
+            // Behind a discontinuity there may be a surface: the ray goes on to the leaf's face, and reads
+            // the sign there.
+            let is_at_face = remaining <= next.t.abs() * f32::EPSILON;
+            // A probe decides whether solids touch here.
+            let is_probe_due = marching::takes_probe(
+                next.t,
+                next.field,
+                next.step,
+                next.trend,
+                next.field_before,
+                frame.rounding,
+            ) > 0.0;
+            let is_through = misses_leaf(next.t, next.field, next.step, decrease_max, remaining)
+                & (!cell.may_be_discontinuous | is_at_face)
+                & (!is_probe_due | is_at_face);
+            let out = if is_through { outcome::EXITED } else { out };
+            if next.arrived > 0.0 {
+                outcome::HIT
+            } else {
+                out
+            }
+        }
+    );
+    // The tape is valid in the leaf, so no step leads out of it.
+    let remaining = block.exit_t.0[i] - block.t.0[i];
+    block.step.0[i] = Real::min(block.step.0[i], remaining);
+    // A field that decreases all the way, and to below zero, has one root. The first secant uses the mean
+    // of the least and the greatest rate of decrease.
+    let (min_decrease, max_decrease) = (
+        block.decrease_min.0[i] / slope,
+        block.decrease_max.0[i] / slope,
+    );
+    let active = block.outcome.0[i] == outcome::ACTIVE;
+    let is_even = max_decrease < min_decrease * MAX_DECREASE_RATIO;
+    let (field, falls) = (block.field.0[i], min_decrease * remaining);
+    let rounding = marching::rounding_at(block.exit_t.0[i], frame.rounding);
+    let depth = marching::sign_margin(rounding, min_decrease, frame.is_raw);
+    let is_certain = active & is_even & (field > 0.0) & (field + depth < falls);
+    let select = |new: f32, old: f32| choice.choose(is_certain, new, old);
+    block.outcome.0[i] = select(outcome::HIT, block.outcome.0[i]);
+    block.t_before.0[i] = select(block.exit_t.0[i], block.t_before.0[i]);
+    let end_value = field - (min_decrease + max_decrease) * 0.5 * remaining;
+    block.field_before.0[i] = select(Real::min(end_value, -depth), block.field_before.0[i]);
 }

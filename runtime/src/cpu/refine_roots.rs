@@ -79,7 +79,7 @@ impl RayTask for RootRefinement<'_> {
                 block.t_other.0[i],
                 block.field_other.0[i],
                 block.estimate.0[i],
-                distance * block.side.0[i] * self.frame.step_factor,
+                distance * block.side.0[i],
             );
             // An estimate without a value is not used.
             let select = |new: f32, old: f32| choice.choose(!is_nan_value, new, old);

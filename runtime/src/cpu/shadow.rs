@@ -25,7 +25,7 @@ lanes! {
         axis_x, axis_y, axis_z, light_t, size, ray_number, best_visibility, clear_t, steps_before,
         t, visibility, steps, min_step, side, rounding, field_before, step, slope_before, last_visibility, candidate_t,
         next_check_t, moves,
-        value, phase, round, gradient_x, gradient_y, gradient_z, offset_x, offset_y, offset_z,
+        sample_t, value, phase, round, gradient_x, gradient_y, gradient_z, offset_x, offset_y, offset_z,
     }
 }
 
@@ -116,6 +116,7 @@ impl<const FORM: u32> RayTask for ShadowRays<'_, FORM> {
         block.step.0[lane] = 0.0;
         block.slope_before.0[lane] = 0.0;
         block.t.0[lane] = start_t;
+        block.sample_t.0[lane] = start_t;
         block.visibility.0[lane] = 1.0;
         block.steps.0[lane] = 0.0;
         block.min_step.0[lane] = min_step;
@@ -141,10 +142,14 @@ impl<const FORM: u32> RayTask for ShadowRays<'_, FORM> {
 
     #[inline(always)]
     fn points(&self, block: &ShadowLanes, points: &mut Points) {
+        let t = match self.proves_steps() {
+            true => &block.sample_t,
+            false => &block.t,
+        };
         for i in 0..LANES {
             let start = lane_vector!(block, i, start_x, start_y, start_z);
             let direction = lane_vector!(block, i, direction_x, direction_y, direction_z);
-            let p = camera::point_along::<f32>(start, direction, block.t.0[i]);
+            let p = camera::point_along::<f32>(start, direction, t.0[i]);
             store_point(points, i, p);
         }
         if FORM == SIZED && any_nonzero(&block.ray_number) {
@@ -161,24 +166,9 @@ impl<const FORM: u32> RayTask for ShadowRays<'_, FORM> {
 
     #[inline(always)]
     fn advance(&self, block: &mut ShadowLanes, values: &F32x64, ended: &mut [bool; LANES]) {
-        // Copied here, since the loop's writes could alias the fields behind a pointer.
-        let light_params = self.light_params();
-        let mut transitions = sized::RayTransitions::default();
-        for (i, ended) in ended.iter_mut().enumerate() {
-            block.steps.0[i] += 1.0;
-            let field = values.0[i] * block.side.0[i];
-            if FORM == SIZED {
-                (
-                    *ended,
-                    transitions.kind.0[i],
-                    transitions.visibility_or_size.0[i],
-                ) = light_params.step_sized(block, i, field);
-            } else {
-                *ended = light_params.step(block, i, field);
-            }
-        }
-        if FORM == SIZED {
-            light_params.begin_next_rays(block, &transitions, ended);
+        match self.proves_steps() {
+            true => self.advance_with::<true>(block, values, ended),
+            false => self.advance_with::<false>(block, values, ended),
         }
     }
 
@@ -243,6 +233,49 @@ impl<const FORM: u32> RayTask for ShadowRays<'_, FORM> {
 }
 
 impl<const FORM: u32> ShadowRays<'_, FORM> {
+    /// Reports whether samples on each step prove that there is no surface.
+    #[inline(always)]
+    fn proves_steps(&self) -> bool {
+        marching::proves_steps(self.frame.step_factor)
+    }
+
+    /// Advances rays that are not divergent. With `PROVES`, samples on their steps prove that there is no surface.
+    #[inline(always)]
+    fn advance_with<const PROVES: bool>(
+        &self,
+        block: &mut ShadowLanes,
+        values: &F32x64,
+        ended: &mut [bool; LANES],
+    ) {
+        // Copied here, since the loop's writes could alias the fields behind a pointer.
+        let light_params = self.light_params();
+        let mut transitions = sized::RayTransitions::default();
+        for (i, ended) in ended.iter_mut().enumerate() {
+            let field = values.0[i] * block.side.0[i];
+            if PROVES && light_params.proves_part_of_step(block, i, field) {
+                *ended = false;
+                continue;
+            }
+            let t = block.t.0[i];
+            block.steps.0[i] += 1.0;
+            if FORM == SIZED {
+                (
+                    *ended,
+                    transitions.kind.0[i],
+                    transitions.visibility_or_size.0[i],
+                ) = light_params.step_sized(block, i, field);
+            } else {
+                *ended = light_params.step(block, i, field);
+            }
+            if PROVES {
+                light_params.plan_sample(block, i, t, field);
+            }
+        }
+        if FORM == SIZED {
+            light_params.begin_next_rays(block, &transitions, ended);
+        }
+    }
+
     /// Returns the parameters that all rays share.
     #[inline(always)]
     fn light_params(&self) -> LightParams<FORM> {
@@ -344,7 +377,7 @@ struct LightParams<const FORM: u32> {
     is_positional: f32,
     /// 1 where raw fields occur, so that the gradient may have any length; else 0.
     is_raw: f32,
-    /// Factor on the field for a safe step.
+    /// Factor on the field for a safe step; below 1, samples on each step prove that there is no surface.
     step_factor: f32,
     /// Samples that are occluder candidates: [`shadow::Checks`] as a number.
     checks: f32,
@@ -369,9 +402,56 @@ impl<const FORM: u32> LightParams<FORM> {
     /// Returns the rounding error of the field at the point of the ray in a lane.
     #[inline(always)]
     fn rounding_near(self, block: &ShadowLanes, i: usize) -> f32 {
+        self.rounding_at(block, i, block.t.0[i])
+    }
+
+    /// Returns the rounding error of the field at `t` along the ray in a lane.
+    #[inline(always)]
+    fn rounding_at(self, block: &ShadowLanes, i: usize, t: f32) -> f32 {
         let start = lane_vector!(block, i, start_x, start_y, start_z);
-        let point = camera::point_along::<f32>(start, lane_direction(block, i), block.t.0[i]);
+        let point = camera::point_along::<f32>(start, lane_direction(block, i), t);
         marching::rounding_near::<f32>(point, block.rounding.0[i], self.least_rounding)
+    }
+
+    /// Takes a sample with the value `field` on a step. Reports whether it proves a part of it. Otherwise the step ends
+    /// there, if it does not end at the sample anyway.
+    #[inline(always)]
+    fn proves_part_of_step(self, block: &mut ShadowLanes, i: usize, field: f32) -> bool {
+        let (t, end_t) = (block.sample_t.0[i], block.t.0[i]);
+        if t >= end_t {
+            return false;
+        }
+        let step = block.step.0[i] - (end_t - t);
+        let slope = shadow::slope(field, block.field_before.0[i], step);
+        let rounding = self.rounding_at(block, i, t);
+        if field >= -marching::sign_margin(rounding, slope, self.is_raw) {
+            let min_step = self.min_sample_step(block, i, t);
+            block.sample_t.0[i] =
+                marching::later_sample_t(t, field, self.step_factor, min_step, end_t);
+            return true;
+        }
+        block.t.0[i] = t;
+        block.step.0[i] = step;
+        false
+    }
+
+    /// Places the first sample on the next step of a ray, after a sample at `t` with the value `field`.
+    #[inline(always)]
+    fn plan_sample(self, block: &mut ShadowLanes, i: usize, t: f32, field: f32) {
+        let (min_step, end_t) = (self.min_sample_step(block, i, t), block.t.0[i]);
+        block.sample_t.0[i] =
+            marching::first_sample_t(t, field, self.step_factor, min_step, end_t, t);
+    }
+
+    /// Returns the minimum distance between samples on a step at `t`. Nothing narrower is visible.
+    #[inline(always)]
+    fn min_sample_step(self, block: &ShadowLanes, i: usize, t: f32) -> f32 {
+        let size = if has_penumbra(FORM) {
+            lane_size::<FORM>(block, i, self.size)
+        } else {
+            0.0
+        };
+        shadow::stride(0.0, t, block.min_step.0[i], size)
     }
 
     /// Advances a ray by the field's value at its point; reports whether the ray has ended.
@@ -381,13 +461,12 @@ impl<const FORM: u32> LightParams<FORM> {
     #[inline(always)]
     fn step(self, block: &mut ShadowLanes, i: usize, field: f32) -> bool {
         let (t, v) = (block.t.0[i], block.visibility.0[i]);
-        let radius = field * self.step_factor;
-        let slope = shadow::slope(radius, block.field_before.0[i], block.step.0[i]);
+        let slope = shadow::slope(field, block.field_before.0[i], block.step.0[i]);
         let sign_margin = marching::sign_margin(self.rounding_near(block, i), slope, self.is_raw);
         let min_stride = block.min_step.0[i] * shadow::late_speedup(block.steps.0[i]);
         let next = match FORM {
-            PLAIN => shadow::short_stride(radius, t, min_stride, self.size),
-            _ => shadow::stride(radius, t, min_stride, self.size),
+            PLAIN => shadow::short_stride(field, t, min_stride, self.size),
+            _ => shadow::stride(field, t, min_stride, self.size),
         };
         let next = match has_penumbra(FORM) {
             true => shadow::step_to_check(next, t, block.next_check_t.0[i], self.checks),
@@ -401,7 +480,7 @@ impl<const FORM: u32> LightParams<FORM> {
         let is_at_end = (t >= block.exit_t.0[i]) | out_of_steps;
         let is_nan_value = is_nan(field);
         let back_step = shadow::step_to_passed_sheet(
-            radius,
+            field,
             block.field_before.0[i],
             block.step.0[i],
             block.slope_before.0[i],
@@ -415,16 +494,16 @@ impl<const FORM: u32> LightParams<FORM> {
         };
         let select = |new: f32, old: f32| self.choice.choose(!goes_back, new, old);
         block.t.0[i] = t + next;
-        block.field_before.0[i] = select(radius, block.field_before.0[i]);
+        block.field_before.0[i] = select(field, block.field_before.0[i]);
         block.step.0[i] = if goes_back { back_step } else { next };
         block.slope_before.0[i] = if goes_back { 0.0 } else { slope };
         if !has_penumbra(FORM) {
-            let sample_visibility = select(shadow::hard_visibility(v, radius, sign_margin), v);
+            let sample_visibility = select(shadow::hard_visibility(v, field, sign_margin), v);
             block.visibility.0[i] = sample_visibility;
             return !goes_back & (is_at_end | (sample_visibility <= 0.0) | is_nan_value);
         }
-        let sample_visibility = shadow::visibility_at(radius, t, self.size);
-        let is_inside = (radius < -sign_margin) & !goes_back;
+        let sample_visibility = shadow::visibility_at(field, t, self.size);
+        let is_inside = (field < -sign_margin) & !goes_back;
         let is_lower = shadow::is_candidate(sample_visibility, block.last_visibility.0[i], v);
         let next_check_t = block.next_check_t.0[i];
         let is_checked = shadow::is_checked(is_lower, t, next_check_t, self.checks);

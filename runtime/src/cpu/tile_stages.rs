@@ -19,7 +19,7 @@ use crate::render::ray::distance_from_camera;
 use crate::render::{Geometry, Image, RenderJob, RenderProgress, Samples};
 use crate::work_stealing::parallel_map_with;
 use sdfc_shaders::assemble::{RenderStage, stages};
-use sdfc_shaders::marching::{SHOWN, Status};
+use sdfc_shaders::marching::{self, SHOWN, Status};
 use sdfc_shaders::{beam, layout};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -167,7 +167,19 @@ impl Tile {
         items: &[u32],
         evaluator: &mut dyn Evaluator,
     ) -> u64 {
-        let task = March {
+        match marching::proves_steps(frame.step_factor) {
+            true => self.march_with::<true>(frame, items, evaluator),
+            false => self.march_with::<false>(frame, items, evaluator),
+        }
+    }
+
+    fn march_with<const PROVES: bool>(
+        &mut self,
+        frame: &layout::FrameUniforms,
+        items: &[u32],
+        evaluator: &mut dyn Evaluator,
+    ) -> u64 {
+        let task = March::<PROVES> {
             frame,
             camera_rays: &self.camera_rays,
             rays: &mut self.rays,

@@ -178,6 +178,7 @@ impl<S: GpuScene> Engine for GpuEngine<S> {
             gpu_scene,
             facts: FieldFacts {
                 is_raw: false,
+                has_estimated_slopes: false,
                 max_slope: 1.0,
                 has_loose_slopes: false,
                 bounds: Bounds::ALL_SPACE,

@@ -72,6 +72,7 @@ impl ExactValues {
 pub(crate) fn plane_of(settings: &RenderSettings) -> Option<PixelPlane> {
     let no_facts = FieldFacts {
         is_raw: false,
+        has_estimated_slopes: false,
         max_slope: 1.0,
         has_loose_slopes: false,
         bounds: Bounds::ALL_SPACE,

@@ -229,7 +229,9 @@ pub fn prepare(settings: &RenderSettings, facts: &FieldFacts) -> RenderJob {
         occlusion_taps: settings.occlusion.taps() as f32,
         normal_spread: normals::tap_spread(settings.normals),
         normal_taps: normals::first_tap(settings.normals) as u32,
-        flags: flag(foggy, layout::FOG_FLAG) | flag(hemisphere, layout::HEMISPHERE_FLAG),
+        flags: flag(foggy, layout::FOG_FLAG)
+            | flag(hemisphere, layout::HEMISPHERE_FLAG)
+            | flag(facts.has_estimated_slopes, layout::ESTIMATE_FLAG),
         least_rounding: (marching::ROUNDING_PER_UNIT * least) as f32,
         ..extent_uniforms(settings, light_far(settings, facts, approach))
     };
@@ -245,6 +247,7 @@ pub fn prepare(settings: &RenderSettings, facts: &FieldFacts) -> RenderJob {
         materials: facts.material.is_none(),
         fog: foggy,
         has_half_spaces: settings.enclosure.is_some(),
+        proves_steps: marching::proves_steps(facts.step_factor()),
         is_2d: settings.is_2d,
         generic: false,
     };

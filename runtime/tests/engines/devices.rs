@@ -170,6 +170,7 @@ fn the_cpu_draws_what_only_it_can_prove() {
     let mut engine = with_fallback(open_on(EngineKind::Interp, gpu));
     let known = module(SPHERE, None);
     let mut estimated = known.clone();
+    estimated.settings.has_estimated_slopes = true;
     estimated.settings.max_slope = f64::INFINITY;
     for (scene, kind) in [
         (&known, EngineKind::Interp),

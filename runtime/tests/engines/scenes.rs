@@ -148,6 +148,7 @@ fn settings() -> Settings {
             params: vec![],
             time: 0.0,
         },
+        has_estimated_slopes: false,
         max_slope: 1.0,
         has_loose_slopes: false,
         time: 0.0,

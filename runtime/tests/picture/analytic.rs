@@ -36,6 +36,7 @@ impl<F: Formula> RenderField for Analytic<F> {
         let uniform = self.0.surface([0.0; 3], [0.0, 1.0, 0.0]).is_none();
         FieldFacts {
             is_raw: self.0.is_raw(),
+            has_estimated_slopes: false,
             max_slope: 1.0,
             has_loose_slopes: false,
             bounds: self.0.bounds(),

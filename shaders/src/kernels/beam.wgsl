@@ -28,7 +28,10 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
     var done = false;
     for (var n = 0u; n < budget; n++) {
         let p = point_along(middle_ray.origin, middle_ray.direction, beam.t);
-        let distance = scene_distance(beam_clamp_to_box(p, frame.bounds_min, frame.bounds_max)) * frame.step_factor;
+        let is_distance = (frame.flags & ESTIMATE_FLAG) == 0u;
+        let distance = select(
+            0.0, scene_distance(beam_clamp_to_box(p, frame.bounds_min, frame.bounds_max)), is_distance
+        );
         beam.steps += 1u;
         let half = half_pixel(beam.t, frame.half_pixel_size, frame.half_pixel_growth);
         let march_threshold = threshold(beam.t, half, frame.threshold_fraction, frame.rounding);

@@ -19,7 +19,7 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
         let estimate = next_estimate(
             bracket.t, bracket.field, bracket.t_other, bracket.field_other, rounding, is_raw, f32(n)
         );
-        let distance = scene_distance(point_along(camera.origin, camera.direction, estimate)) * frame.step_factor;
+        let distance = scene_distance(point_along(camera.origin, camera.direction, estimate));
         ray.steps += 1u;
         if is_nan(distance) { break; }
         bracket = secant_step(

@@ -134,9 +134,6 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
             var probe_ends = false;
             if checks_all && ray.phase > 3.5 && ray.round + ray.moves < 0.5 && ray.next_check_t < NO_NEXT_CHECK {
                 ray.next_check_t = shadow_next_check(ray.candidate_t, ray.value, ray.gradient, ray.size);
-                let excess = shadow_step_back_to_check(ray.t, ray.next_check_t, light.checks);
-                ray.t -= excess;
-                ray.step -= excess;
             }
             if ray.phase < 0.75 {
                 let is_offset = any(ray.offset != vec3f(0.0));
@@ -213,14 +210,13 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
             if !ray_ends { continue; }
         } else {
             let t = ray.t;
-            let radius = field * frame.step_factor;
-            let slope = shadow_slope(radius, ray.field_before, ray.step);
+            let slope = shadow_slope(field, ray.field_before, ray.step);
             let margin = sign_margin(rounding_near(point, rounding, frame.least_rounding), slope, frame.is_raw);
             // The last sample is the end of the ray itself, wherever the earlier steps were.
             let at_end = t >= exit_t || out_of_steps;
             let current_min_step = min_step * shadow_late_speedup(f32(ray.steps) - ray.steps_before);
-            let step_back = shadow_step_to_passed_sheet(radius, ray.field_before, ray.step, ray.slope_before, margin);
-            let is_inside = radius < -margin;
+            let step_back = shadow_step_to_passed_sheet(field, ray.field_before, ray.step, ray.slope_before, margin);
+            let is_inside = field < -margin;
 #if sized
             let measures_room = ray.size == 0.0;
             if measures_room && (is_inside || at_end) && !out_of_steps {
@@ -248,21 +244,21 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
                 ray.slope_before = 0.0;
                 continue;
             }
-            var step = next_stride(light, radius, t, current_min_step, ray.size);
+            var step = next_stride(light, field, t, current_min_step, ray.size);
 #if sized
             if is_sized && is_inside { step = shadow_inner_stride(t, current_min_step, ray.size); }
 #end
             step = min(shadow_step_to_check(step, t, ray.next_check_t, light.checks), max(exit_t - t, 0.0));
             ray.t += step;
-            ray.field_before = radius;
+            ray.field_before = field;
             ray.step = step;
             ray.slope_before = slope;
             if light.shadow_form == SHADOW_HARD {
-                ray.visibility = shadow_hard_visibility(ray.visibility, radius, margin);
+                ray.visibility = shadow_hard_visibility(ray.visibility, field, margin);
                 if at_end || ray.visibility <= 0.0 { ray.steps |= DONE_FLAG; }
                 continue;
             }
-            let sample_visibility = shadow_sample_visibility(radius, t, ray.size);
+            let sample_visibility = shadow_sample_visibility(field, t, ray.size);
             var bound = ray.visibility;
 #if sized
             if is_sized {
@@ -283,7 +279,7 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
                 ray_ends = is_inside || ray.ray_number == INSIDE_RAY_NUMBER;
                 if ray_ends { ray.visibility = -1.0; }
                 if ray.ray_number == 0.0 {
-                    ray.clear_t = shadow_clear_until(ray.clear_t, radius, t, ray.size, light.checks);
+                    ray.clear_t = shadow_clear_until(ray.clear_t, field, t, ray.size, light.checks);
                 }
                 bound = shadow_candidate_bound(ray.visibility, ray.ray_number);
             } else if is_inside {

@@ -50,6 +50,8 @@ pub(crate) struct ShapeSlopes {
     capped: HashMap<(ShapeId, [u64; 6]), Option<CappedField>>,
     /// Steps on numbers with discontinuities, by the corners of their region.
     discontinuous_step: HashMap<(ExprId, [u64; 6], SlopeScope), Option<ExprId>>,
+    /// Set if a value was divided by less than a bound of its slope where rays may pass.
+    pub(crate) uses_estimates: bool,
     /// Bound of the slopes of values after their division, where rays may pass. It exceeds one where a value was divided by
     /// an estimate that is less than what the scene states, and is infinite where nothing is stated.
     pub(crate) max_slope: f64,
@@ -111,6 +113,7 @@ impl ShapeSlopes {
             tested: HashMap::new(),
             capped: HashMap::new(),
             discontinuous_step: HashMap::new(),
+            uses_estimates: false,
             max_slope: 1.0,
             meets_loose_bounds: false,
             statements: Statements::BesideFound,

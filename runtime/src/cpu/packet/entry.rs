@@ -8,7 +8,7 @@ use crate::cpu::march::initial_side;
 use crate::cpu::ray_tasks::{ColumnChoice, lane_ray, set_lane_ray, store_point};
 use crate::cpu::{F32x64, LANES, Points};
 use sdfc_shaders::camera;
-use sdfc_shaders::layout::FrameUniforms;
+use sdfc_shaders::layout::{self, FrameUniforms};
 use sdfc_shaders::marching;
 use sdfc_vm::lanes::{CHUNK, bits};
 use sdfc_vm::multiversion;
@@ -202,6 +202,14 @@ pub(super) fn misses_leaf(
     covered | (end_value > 0.0) & (step > 0.0)
 }
 
+/// Returns the fraction of a value up to which the sphere around a point is empty beyond its leaf. A value that was divided
+/// by an estimate says nothing there.
+#[inline(always)]
+pub(super) fn clear_fraction(frame: &FrameUniforms) -> f32 {
+    let is_distance = frame.flags & layout::ESTIMATE_FLAG == 0;
+    if is_distance { 1.0 } else { 0.0 }
+}
+
 multiversion! {
     /// Culls the rays that meet no surface in the leaf, by the field's values at their entry points, as their
     /// first step in it would. Returns a mask of their lanes.
@@ -233,7 +241,7 @@ fn cull_entered_body(frame: &FrameUniforms, cell: &Cell, values: &F32x64, p: &mu
         let is_apart = field >= marching::sign_margin(rounding, 1.0, 0.0);
         let crosses = p.entry_t.0[i] <= p.exit_t.0[i];
         *culled = crosses & is_through & is_apart;
-        let clear_radius = field * bounds.slope * frame.step_factor;
+        let clear_radius = field * bounds.slope * clear_fraction(frame);
         let select = |new: f32, old: f32| choice.choose(*culled, new, old);
         p.steps.0[i] = select(p.steps.0[i] + 1.0, p.steps.0[i]);
         p.side.0[i] = select(side, p.side.0[i]);
@@ -264,11 +272,7 @@ mod tests {
             packet.entry_t.0.fill(2.0);
             packet.exit_t.0.fill(2.1);
             values.0.fill(0.3);
-            let frame = FrameUniforms {
-                step_factor: 1.0,
-                ..FrameUniforms::default()
-            };
-            let culled = cull_entered(&frame, &cell, &values, &mut packet);
+            let culled = cull_entered(&FrameUniforms::default(), &cell, &values, &mut packet);
             assert_eq!(culled, u64::MAX, "{slope}");
             for (from, to) in packet.clear_from.0.iter().zip(&packet.clear_to.0) {
                 let clear = [2.0 - from, to - 2.0];

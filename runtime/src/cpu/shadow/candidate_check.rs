@@ -50,6 +50,7 @@ impl<const FORM: u32> LightParams<FORM> {
         let excess = if places_check { excess } else { 0.0 };
         block.t.0[i] -= excess;
         block.step.0[i] -= excess;
+        block.sample_t.0[i] = block.sample_t.0[i].min(block.t.0[i]);
         let outcome = candidate::probe_outcome::<f32>(
             point,
             gradient,

@@ -37,14 +37,13 @@ impl<const FORM: u32> LightParams<FORM> {
         let out_of_steps = steps >= self.max_steps;
         let is_over = is_nan(field) | (out_of_steps & (ray_number > 0.0));
         let is_running = !is_over;
-        let radius = field * self.step_factor;
-        let slope = shadow::slope(radius, field_before, last_step);
+        let slope = shadow::slope(field, field_before, last_step);
         let sign_margin = marching::sign_margin(self.rounding_near(block, i), slope, self.is_raw);
         let min_stride = block.min_step.0[i] * shadow::late_speedup(steps);
-        let is_inside = radius < -sign_margin;
+        let is_inside = field < -sign_margin;
         let is_measuring = size == 0.0;
-        let free_stride = shadow::stride(radius, t, min_stride, size);
-        let short_stride = shadow::short_stride(radius, t, min_stride, size);
+        let free_stride = shadow::stride(field, t, min_stride, size);
+        let short_stride = shadow::short_stride(field, t, min_stride, size);
         let inner_stride = shadow::inner_stride(t, min_stride, size);
         let next = if is_measuring {
             free_stride
@@ -66,7 +65,7 @@ impl<const FORM: u32> LightParams<FORM> {
         let is_running = is_running & !has_measured;
 
         let back_step = shadow::step_to_passed_sheet(
-            radius,
+            field,
             field_before,
             last_step,
             block.slope_before.0[i],
@@ -83,10 +82,10 @@ impl<const FORM: u32> LightParams<FORM> {
         block.step.0[i] = choose(is_running, next, step);
         let slope_before = choose(goes_back, 0.0, block.slope_before.0[i]);
         block.slope_before.0[i] = choose(is_running, slope, slope_before);
-        block.field_before.0[i] = choose(is_running, radius, field_before);
+        block.field_before.0[i] = choose(is_running, field, field_before);
 
         let is_running = is_running & !is_measuring;
-        let sample_visibility = shadow::visibility_at(radius, t, size);
+        let sample_visibility = shadow::visibility_at(field, t, size);
         let enters_solid = is_running & is_inside & (ray_number < 1.0);
         let new_ray_number = choose(enters_solid, shadow::INSIDE_RAY_NUMBER, ray_number);
         block.ray_number.0[i] = new_ray_number;
@@ -96,7 +95,7 @@ impl<const FORM: u32> LightParams<FORM> {
         let is_blocked = is_running & (is_inside | (new_ray_number == shadow::INSIDE_RAY_NUMBER));
         let is_running = is_running & !is_blocked;
 
-        let clear_t = shadow::clear_until(block.clear_t.0[i], radius, t, size, self.checks);
+        let clear_t = shadow::clear_until(block.clear_t.0[i], field, t, size, self.checks);
         let is_central = is_running & (ray_number == 0.0);
         block.clear_t.0[i] = choose(is_central, clear_t, block.clear_t.0[i]);
         let bound = shadow::candidate_bound(block.visibility.0[i], ray_number);
@@ -172,6 +171,7 @@ impl<const FORM: u32> LightParams<FORM> {
         }
         block.size.0[i] = 0.0;
         block.t.0[i] = 0.0;
+        block.sample_t.0[i] = 0.0;
         block.exit_t.0[i] = shadow::required_room(block.light_t.0[i], self.size);
         block.steps_before.0[i] = block.steps.0[i];
         block.field_before.0[i] = 0.0;
@@ -194,6 +194,7 @@ impl<const FORM: u32> LightParams<FORM> {
         block.exit_t.0[i] = exit_t;
         block.steps_before.0[i] = block.steps.0[i];
         block.t.0[i] = block.clear_t.0[i].abs();
+        block.sample_t.0[i] = block.t.0[i];
         block.field_before.0[i] = 0.0;
         block.step.0[i] = 0.0;
         block.slope_before.0[i] = 0.0;
