@@ -31,6 +31,7 @@ fn restart_ray(ray: ptr<function, ShadowRayState>) {
     (*ray).visibility = 0.0;
     (*ray).last_visibility = NO_LAST_VISIBILITY;
     (*ray).next_check_t = 0.0;
+    (*ray).value = 0.0;
     (*ray).field_before = 0.0;
     (*ray).step = 0.0;
     (*ray).slope_before = 0.0;
@@ -102,15 +103,45 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
         }
     }
 #end
+#if proved_steps
+    let proves_steps = 0.0 < frame.step_factor && frame.step_factor < 1.0;
+#end
     let budget = evaluation_budget();
     for (var n = 0u; n < budget; n++) {
         if ray.steps >= DONE_FLAG { break; }
         let is_probing = ray.phase > 0.0;
-        let point = point_along(origin, direction, select(ray.t, ray.candidate_t, is_probing)) + ray.offset;
+#if proved_steps
+        var sample_t = ray.t;
+        if proves_steps && !is_probing {
+            // Between probes, `value` is the distance up to which the step is proved.
+            let from_t = ray.t - ray.step;
+            let min_sample_step = shadow_stride(0.0, from_t, min_step, ray.size);
+            sample_t = first_sample_t(
+                from_t, ray.field_before, frame.step_factor, min_sample_step, ray.t, ray.value
+            );
+        }
+#else
+        let sample_t = ray.t;
+#end
+        let point = point_along(origin, direction, select(sample_t, ray.candidate_t, is_probing)) + ray.offset;
         let limit = shadow_candidate_limit(ray.candidate_t, ray.size);
         let sample = candidate_sample_point(point, ray.offset, ray.phase, ray.value, ray.gradient, limit);
         let field = scene_distance(sample) * side;
         let checks_all = light.checks > 0.5;
+#if proved_steps
+        if proves_steps && !is_probing && sample_t < ray.t {
+            let step = ray.step - (ray.t - sample_t);
+            let slope = shadow_slope(field, ray.field_before, step);
+            let margin = sign_margin(rounding_near(point, rounding, frame.least_rounding), slope, frame.is_raw);
+            if field >= -margin {
+                let min_sample_step = shadow_stride(0.0, sample_t, min_step, ray.size);
+                ray.value = later_sample_t(sample_t, field, frame.step_factor, min_sample_step, ray.t);
+                continue;
+            }
+            ray.t = sample_t;
+            ray.step = step;
+        }
+#end
         ray.steps += select(1u, 0u, is_probing && checks_all);
         if is_nan(field) {
             ray.steps |= DONE_FLAG;
@@ -204,6 +235,7 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
                 ray.round = 0.0;
                 ray.offset = vec3f(0.0);
                 ray.gradient = vec3f(0.0);
+                ray.value = 0.0;
                 ray_ends = ray.next_check_t >= NO_NEXT_CHECK || ray.visibility <= dark_visibility;
             }
             if out_of_steps { ray.steps |= DONE_FLAG; }
