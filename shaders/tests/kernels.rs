@@ -93,6 +93,7 @@ fn variants() -> Vec<Features> {
         materials: true,
         fog: true,
         has_half_spaces: true,
+        proves_steps: true,
         is_2d: false,
         generic: false,
     };

@@ -1,6 +1,6 @@
 //! Stated slope bounds against gradients, and against differences of values at two points.
 
-use super::test_shape::{TestShape, parse_scene, parse_shape, solids, valid_shape};
+use super::test_shape::{StatedSlope, TestShape, parse_scene, parse_shape, solids, valid_shape};
 use super::{MAX_ROUNDING_PER_SIZE, TrialPoints, corpus, size_at};
 use crate::oracle::{norm, point_along, random_direction, read_scene, unit_number};
 use sdfc_trials::campaign::{CheckOutcome, input_count, run};
@@ -37,7 +37,11 @@ pub(super) fn find_violation(tested: &TestShape, seed: u64) -> Option<String> {
     }
     let mut points = TrialPoints::new(tested, seed);
     let compares_oracle = tested.has_known_values;
-    for stated in &tested.slopes {
+    for divisor in &tested.slopes {
+        let stated = StatedSlope {
+            region: divisor.region,
+            slope: divisor.slope * tested.max_slope,
+        };
         if stated.region.is_empty() {
             continue;
         }

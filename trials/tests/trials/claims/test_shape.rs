@@ -44,6 +44,8 @@ pub(super) struct TestShape {
     pub(super) slopes: Vec<StatedSlope>,
     /// Set if the compiler states that a slope bound is only estimated where rays may pass.
     pub(super) has_estimated_bound: bool,
+    /// Bound of the slope of the marching step.
+    pub(super) max_slope: f64,
     /// Bounding box at the current values of the parameters.
     pub(super) bounds: Bounds,
     /// All boxes stated to contain the shape.
@@ -167,7 +169,8 @@ impl TestShape {
         scene.shapes.push(unnormalized);
         scene.root = Some(ShapeId(scene.shapes.len() as u32 - 1));
         let mut unnormalized = compile(scene, &Options::default()).0?;
-        let has_estimated_bound = unnormalized.module.settings.has_estimated_slopes;
+        let max_slope = unnormalized.module.settings.max_slope;
+        let has_estimated_bound = max_slope.is_infinite();
         let uniform_values = state.apply_to(&mut unnormalized);
         let size = largest_finite_coordinate(&bounds);
         let ray_range = Bounds::centred([RAY_RANGE_SIZES * size; 3]);
@@ -182,6 +185,7 @@ impl TestShape {
             step: compiled.module.distance.clone(),
             slopes,
             has_estimated_bound,
+            max_slope,
             bounds,
             boxes,
             is_at_other_state,
