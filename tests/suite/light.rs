@@ -220,10 +220,10 @@ fn stated_slopes_change_no_penumbra() {
     }
 }
 
-/// A stated slope of a field for which no bound is found guides steps. Whether it is stated, and how large it is, moves no
-/// penumbra.
+/// A stated slope of a field for which no bound is found adds samples on steps. Whether it is stated, and how large it is,
+/// changes no pixel.
 #[test]
-fn loose_statements_move_no_penumbra() {
+fn loose_statements_change_no_pixel() {
     for (field, slope) in [
         ("length(p) - 0.7 - 0.4 * p.x * p.y / length(p.xy)", 1.3),
         (
@@ -234,8 +234,12 @@ fn loose_statements_move_no_penumbra() {
             "length(p) - 0.7 + 0.5 * dot(p.xz, p.xz) * sin(1 / length(p.xz))",
             1.8,
         ),
+        (
+            "0.5 - abs(sin(4 * p.x) * cos(4 * p.y)) - 0.3 * p.z * p.y / length(p.yz)",
+            4.4,
+        ),
     ] {
-        for shadow in ["soft(0.08)", "soft(0.3)", "plain"] {
+        for shadow in ["hard", "soft(0.08)", "soft(0.3)", "plain", "sized(0.1)"] {
             let scene = |statement: &str| {
                 format!(
                     "camera {{ from: [3, 2.5, 4], look: [0, 0, 0], fov: 38deg }}\n\
