@@ -19,9 +19,12 @@ const POINTS_PER_BOX: usize = 12;
 /// Relative error of sums in `f64` along a program.
 const MAX_F64_ERROR: f64 = 1e-11;
 
-/// Reports whether a value is in a range, up to a slack. NaN on either side always passes.
+/// Reports whether a value is in a range, up to a slack. NaN anywhere always passes.
 fn contains(range: Interval, value: f64, slack: f64) -> bool {
-    value.is_nan() || range.lo.is_nan() || (range.lo - slack <= value && value <= range.hi + slack)
+    value.is_nan()
+        || range.lo.is_nan()
+        || slack.is_nan()
+        || (range.lo - slack <= value && value <= range.hi + slack)
 }
 
 /// Returns the first number outside its interval.
