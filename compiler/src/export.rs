@@ -10,6 +10,7 @@ use crate::wgsl;
 use naga::back::{glsl, hlsl, msl, spv};
 use naga::valid::{Capabilities, ModuleInfo, ValidationFlags, Validator};
 use sdfc_vm::settings::SettingValue;
+use sdfc_vm::table::Op;
 use sdfc_vm::wgsl_library::WgslLibrary;
 use std::fmt::Write;
 
@@ -97,7 +98,8 @@ pub fn module_text(compiled: &Compiled) -> String {
         .module
         .uniforms
         .run(&compiled.module.settings.param_numbers(), 0.0);
-    let distance = with_constants(&compiled.optimized, &uniform_values);
+    let mut distance = with_constants(&compiled.optimized, &uniform_values);
+    divide_by_stated_slope(&mut distance, compiled.module.settings.max_slope);
     let surface = compiled
         .surface
         .as_ref()
@@ -185,6 +187,18 @@ fn sceneMaterial(p: vec3f, n: vec3f) -> Surface {
     return scene_surface(p, n);
 }
 ";
+
+/// Divides a distance by the bound of its slope that a scene states, so that it is a safe step.
+fn divide_by_stated_slope(distance: &mut Graph, max_slope: f64) {
+    if max_slope > 1.0 && max_slope.is_finite() {
+        distance.root = distance.add(GraphNode::Apply {
+            op: Op::FieldDistance,
+            point: None,
+            values: vec![distance.root],
+            parameters: vec![GraphNumber::Constant((1.0 / max_slope) as f32)],
+        });
+    }
+}
 
 /// Returns the graph with the uniform numbers' current values as constants.
 fn with_constants(graph: &Graph, uniform_values: &[f64]) -> Graph {

@@ -149,6 +149,33 @@ fn info_lists_the_contents_of_a_scene() {
     assert_eq!(info["params"][0]["range"], json!([0.0, 1.0]));
 }
 
+/// Without a found bound, values follow from an estimate. Exported source is a safe step by the stated bound all the same.
+#[test]
+fn stated_slopes_are_in_info_and_in_exported_source() {
+    let sandbox = Sandbox::new();
+    let source = |slope: &str| {
+        sandbox.write(
+            "scene.sdf",
+            format!("field(fn(p) => length(p) - 0.7 - p.x * p.y / length(p.xy){slope}) & box(2)"),
+        );
+        let info = sandbox.run("info scene.sdf").ok().text();
+        (
+            info,
+            sandbox.run("compile scene.sdf --emit wgsl").ok().text(),
+        )
+    };
+    let (info, tight) = source(", lipschitz: 20");
+    assert!(
+        info.contains("by what the scene states, after division"),
+        "{info}"
+    );
+    let (_, loose) = source(", lipschitz: 40");
+    let differing = tight.lines().zip(loose.lines()).filter(|(a, b)| a != b);
+    assert_eq!(differing.count(), 2, "the distance and the gradient");
+    let (info, _) = source("");
+    assert!(info.contains("unknown, after division"), "{info}");
+}
+
 /// Detail of 1e-4 at 1e4 from the origin exceeds single precision; near the origin it does not.
 #[test]
 fn detail_hidden_by_rounding_is_a_warning() {
