@@ -257,6 +257,50 @@ fn loose_statements_change_no_pixel() {
     }
 }
 
+/// A thin and steep part of a field is far steeper than the estimate that the field is divided by. With a stated slope no
+/// ray passes it, neither from the camera nor towards a light.
+#[test]
+fn thin_parts_of_fields_with_stated_slopes_are_drawn() {
+    let scene = |shape: &str| {
+        format!(
+            "camera {{ from: [3, 2.5, 4], look: [0, -0.3, 0], fov: 38deg }}\n\
+             light {{ dir: [-1, 2, 1], shadow: hard }}\n\
+             render {{ occlusion: off }}\n\
+             ({shape} & box(2.2)) | plane(Y, at: -1.3)"
+        )
+    };
+    let ball = "0.1 * (length(p - vec3(0, 0.4, 0)) - 0.4 + 0.2 * p.x * p.z / length(p.xz))";
+    let shelf = "8 * (max(abs(p.y + 0.6) - 0.01, max(abs(p.x), abs(p.z)) - 0.9))";
+    let stated = |slope: f64| {
+        scene(&format!(
+            "field(fn(p) => min({ball}, {shelf}), lipschitz: {slope})"
+        ))
+    };
+    let parts = format!("(field(fn(p) => {ball}) | box(1.8, 0.02, 1.8).translate(0, -0.6, 0))");
+    let expected = picture(&scene(&parts), [96, 72]).rgba8();
+    let kinds = match is_gpu_skipped() {
+        true => vec![EngineKind::Cpu],
+        false => vec![EngineKind::Cpu, EngineKind::Wgsl, EngineKind::Interp],
+    };
+    for (kind, cells, slope) in kinds.into_iter().flat_map(|kind| {
+        [CellMode::Auto, CellMode::Never]
+            .into_iter()
+            .flat_map(move |cells| [(kind, cells, 8.1), (kind, cells, 40.0)])
+    }) {
+        let mut engine = open(kind).unwrap_or_else(|error| panic!("{kind}: {error}"));
+        let options = DrawOptions {
+            size: [96, 72],
+            passes: PassOptions::default(),
+            cells,
+            scale: 1.0,
+        };
+        let drawn = image(&mut *engine, &stated(slope), &options).expect("it compiles");
+        let pairs = drawn.rgba8().into_iter().zip(&expected);
+        let differing = pairs.filter(|&(a, &b)| a.abs_diff(b) > 40).count();
+        assert_eq!(differing, 0, "{kind}, {cells:?}, {slope}");
+    }
+}
+
 /// Candidates of wide lights move into the solids of a lattice in the same way on a GPU.
 #[test]
 fn engines_light_lattices_alike() {

@@ -62,8 +62,8 @@ pub struct Settings {
     pub current_bounds: CurrentBounds,
     /// Set if a field is divided by an estimate of its slope, since no bound is found.
     pub has_estimated_slopes: bool,
-    /// Bound of the slope of the distance program: 1, or more where a field is divided by an estimate that is less than the
-    /// bound that the scene states. Infinite if no bound is known.
+    /// Bound of the slope of the distance program. It exceeds 1 where a field is divided by an estimate below the bound that
+    /// the scene states, and is infinite without a statement.
     pub max_slope: f64,
     /// Set if no close bound of a field's slope is found. Bounds that the scene states have no influence.
     pub has_loose_slopes: bool,

@@ -170,17 +170,13 @@ pub fn prepare(settings: &RenderSettings, facts: &FieldFacts) -> RenderJob {
     let bounds = facts.bounds.grown(BOX_MARGIN * finite_size(&facts.bounds));
     let material = facts.material.unwrap_or_default();
     let count = lighting.lights.len() as u32;
-    let lights: Vec<layout::LightRecord> = lighting
-        .lights
-        .iter()
-        .map(|scene_light| layout::LightRecord {
-            light_count: count,
-            ..light(scene_light, facts)
-        })
-        .collect();
+    let to_record = |scene_light| layout::LightRecord {
+        light_count: count,
+        ..light(scene_light, facts)
+    };
+    let lights: Vec<layout::LightRecord> = lighting.lights.iter().map(to_record).collect();
     let foggy = lighting.fog.is_some_and(|density| density > 0.0);
     let hemisphere = matches!(settings.occlusion, Occlusion::Multi(_));
-    let flag = |is_set: bool, bit: u32| if is_set { bit } else { 0 };
     let uniforms = layout::FrameUniforms {
         origin: single(axes.origin),
         far: (settings.far - approach) as f32,
@@ -229,9 +225,7 @@ pub fn prepare(settings: &RenderSettings, facts: &FieldFacts) -> RenderJob {
         occlusion_taps: settings.occlusion.taps() as f32,
         normal_spread: normals::tap_spread(settings.normals),
         normal_taps: normals::first_tap(settings.normals) as u32,
-        flags: flag(foggy, layout::FOG_FLAG)
-            | flag(hemisphere, layout::HEMISPHERE_FLAG)
-            | flag(facts.has_estimated_slopes, layout::ESTIMATE_FLAG),
+        flags: flags([foggy, hemisphere, facts.has_estimated_slopes]),
         least_rounding: (marching::ROUNDING_PER_UNIT * least) as f32,
         ..extent_uniforms(settings, light_far(settings, facts, approach))
     };
@@ -460,4 +454,15 @@ fn single(v: [f64; 3]) -> [f32; 3] {
 /// Returns the unit vector, or the y axis for a vector without a direction.
 fn unit(v: [f64; 3]) -> [f32; 3] {
     single(DVec3::from(v).normalize_or(DVec3::Y).into())
+}
+
+/// Returns the flags of a frame: those for fog, for occlusion over the hemisphere, and for estimated slopes.
+fn flags(are_set: [bool; 3]) -> u32 {
+    let bits = [
+        layout::FOG_FLAG,
+        layout::HEMISPHERE_FLAG,
+        layout::ESTIMATE_FLAG,
+    ];
+    let set = are_set.into_iter().zip(bits).filter(|(is_set, _)| *is_set);
+    set.fold(0, |flags, (_, bit)| flags | bit)
 }

@@ -25,6 +25,55 @@ fn probed_visibility(
     );
 }
 
+// Returns the state of a ray to the centre of a light.
+fn new_ray(light: LightRecord, start_t: f32) -> ShadowRayState {
+    var ray: ShadowRayState;
+    ray.t = start_t;
+    ray.visibility = 1.0;
+    ray.last_visibility = 1.0;
+    ray.candidate_t = NO_CANDIDATE;
+    ray.size = light.size;
+    ray.best_visibility = -1.0;
+    ray.clear_t = start_t;
+    return ray;
+}
+
+#if proved_steps
+fn proves_steps() -> bool { return 0.0 < frame.step_factor && frame.step_factor < 1.0; }
+
+// Returns the distance of the next sample on a step. Between probes, `value` is the distance up to which the step is proved.
+fn next_sample_t(ray: ShadowRayState, min_step: f32) -> f32 {
+    if !proves_steps() || ray.phase > 0.0 { return ray.t; }
+    let from_t = ray.t - ray.step;
+    let min_sample_step = shadow_stride(0.0, from_t, min_step, ray.size);
+    return first_sample_t(from_t, ray.field_before, frame.step_factor, min_sample_step, ray.t, ray.value);
+}
+
+// Takes a sample on a step, and reports whether it proves a part of it. Otherwise the step ends there.
+fn proves_part_of_step(
+    ray: ptr<function, ShadowRayState>, sample_t: f32, field: f32, rounding: f32, min_step: f32
+) -> bool {
+    let step = (*ray).step - ((*ray).t - sample_t);
+    let slope = shadow_slope(field, (*ray).field_before, step);
+    if field >= -sign_margin(rounding, slope, frame.is_raw) {
+        let min_sample_step = shadow_stride(0.0, sample_t, min_step, (*ray).size);
+        (*ray).value = later_sample_t(sample_t, field, frame.step_factor, min_sample_step, (*ray).t);
+        return true;
+    }
+    (*ray).t = sample_t;
+    (*ray).step = step;
+    return false;
+}
+
+#end
+// Places the next check, and moves the next sample back to it if that lies beyond.
+fn place_check(ray: ptr<function, ShadowRayState>, checks: f32) {
+    (*ray).next_check_t = shadow_next_check((*ray).candidate_t, (*ray).value, (*ray).gradient, (*ray).size);
+    let excess = shadow_step_back_to_check((*ray).t, (*ray).next_check_t, checks);
+    (*ray).t -= excess;
+    (*ray).step -= excess;
+}
+
 #if sized
 // Prepares the state of a ray for one to the rim of the light.
 fn restart_ray(ray: ptr<function, ShadowRayState>) {
@@ -71,14 +120,7 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
     let min_step = shadow_min_step(half, height);
     let start_t = shadow_start(min_step, is_sharp);
     let side = select(1.0, -1.0, (primary.status & FROM_INSIDE) != 0u);
-    var ray: ShadowRayState;
-    ray.t = start_t;
-    ray.visibility = 1.0;
-    ray.last_visibility = 1.0;
-    ray.candidate_t = NO_CANDIDATE;
-    ray.size = light.size;
-    ray.best_visibility = -1.0;
-    ray.clear_t = start_t;
+    var ray = new_ray(light, start_t);
     if listed > 0u {
         ray = shadows[slot];
     } else if (primary.status & SHOWN) == 0u || light.shadow_form == SHADOW_NONE {
@@ -103,23 +145,12 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
         }
     }
 #end
-#if proved_steps
-    let proves_steps = 0.0 < frame.step_factor && frame.step_factor < 1.0;
-#end
     let budget = evaluation_budget();
     for (var n = 0u; n < budget; n++) {
         if ray.steps >= DONE_FLAG { break; }
         let is_probing = ray.phase > 0.0;
 #if proved_steps
-        var sample_t = ray.t;
-        if proves_steps && !is_probing {
-            // Between probes, `value` is the distance up to which the step is proved.
-            let from_t = ray.t - ray.step;
-            let min_sample_step = shadow_stride(0.0, from_t, min_step, ray.size);
-            sample_t = first_sample_t(
-                from_t, ray.field_before, frame.step_factor, min_sample_step, ray.t, ray.value
-            );
-        }
+        let sample_t = next_sample_t(ray, min_step);
 #else
         let sample_t = ray.t;
 #end
@@ -129,17 +160,9 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
         let field = scene_distance(sample) * side;
         let checks_all = light.checks > 0.5;
 #if proved_steps
-        if proves_steps && !is_probing && sample_t < ray.t {
-            let step = ray.step - (ray.t - sample_t);
-            let slope = shadow_slope(field, ray.field_before, step);
-            let margin = sign_margin(rounding_near(point, rounding, frame.least_rounding), slope, frame.is_raw);
-            if field >= -margin {
-                let min_sample_step = shadow_stride(0.0, sample_t, min_step, ray.size);
-                ray.value = later_sample_t(sample_t, field, frame.step_factor, min_sample_step, ray.t);
-                continue;
-            }
-            ray.t = sample_t;
-            ray.step = step;
+        if !is_probing && sample_t < ray.t {
+            let value_rounding = rounding_near(point, rounding, frame.least_rounding);
+            if proves_part_of_step(&ray, sample_t, field, value_rounding, min_step) { continue; }
         }
 #end
         ray.steps += select(1u, 0u, is_probing && checks_all);
@@ -164,7 +187,7 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
             );
             var probe_ends = false;
             if checks_all && ray.phase > 3.5 && ray.round + ray.moves < 0.5 && ray.next_check_t < NO_NEXT_CHECK {
-                ray.next_check_t = shadow_next_check(ray.candidate_t, ray.value, ray.gradient, ray.size);
+                place_check(&ray, light.checks);
             }
             if ray.phase < 0.75 {
                 let is_offset = any(ray.offset != vec3f(0.0));

@@ -53,7 +53,7 @@ pub(crate) struct ShapeSlopes {
     /// Set if a value was divided by less than a bound of its slope where rays may pass.
     pub(crate) uses_estimates: bool,
     /// Bound of the slopes of values after their division, where rays may pass. It exceeds one where a value was divided by
-    /// an estimate that is less than what the scene states, and is infinite where nothing is stated.
+    /// an estimate below the stated slope, and is infinite without a statement.
     pub(crate) max_slope: f64,
     /// Set if a field has no close slope bound where its surface may be.
     pub(crate) meets_loose_bounds: bool,
