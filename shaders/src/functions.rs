@@ -115,7 +115,6 @@ functions! {
     shadow_candidate_limit = shadow::candidate_limit(t, size);
     shadow_last_visibility = shadow::last_visibility(sample_visibility, checks);
     shadow_step_to_check = shadow::step_to_check(step, t, next_check_t, checks);
-    shadow_step_back_to_check = shadow::step_back_to_check(t, next_check_t, checks);
     shadow_is_checked = shadow::is_checked(is_candidate, t, next_check_t, checks);
     shadow_next_check = shadow::next_check_t(t, value, gradient, size);
     shadow_moved_candidate = shadow::moved_candidate_t(to_surface, gradient, direction, t, t_end, value, round, moves, gain);

@@ -135,14 +135,6 @@ pub fn step_to_check<R: Real>(step: R, t: R, next_check_t: R, checks: R) -> R {
     R::select(is_limited, step.min(next_check_t - t), step)
 }
 
-/// Returns the way back from the next sample at `t` to the next check, if checks lie apart by measured slopes. The step to
-/// that sample was taken before the place of the check was known.
-#[inline(always)]
-pub fn step_back_to_check<R: Real>(t: R, next_check_t: R, checks: R) -> R {
-    let is_beyond = R::and(is_measured(checks), next_check_t.less(t));
-    R::select(is_beyond, t - next_check_t, lit(0.0))
-}
-
 /// Returns 1 where a sample at `t` is checked, else 0. `is_candidate` is the result of [`is_candidate`].
 #[inline(always)]
 pub fn is_checked<R: Real>(is_candidate: R, t: R, next_check_t: R, checks: R) -> R {

@@ -10,6 +10,8 @@ use sdfc_trials::skip::is_gpu_skipped;
 
 /// Maximum number of channels of edge pixels that rounding changes in a picture.
 const MAX_EDGE_CHANNELS: usize = 12;
+/// Maximum number where leaves without a bounded gradient may hide a part of a field.
+const MAX_UNPROVED_CHANNELS: usize = 120;
 /// Maximum number where the slope bound of one field is a third greater: wide penumbras of turned bars follow it.
 const MAX_LOOSE_CHANNELS: usize = 12;
 
@@ -295,10 +297,21 @@ fn thin_parts_of_fields_with_stated_slopes_are_drawn() {
             scale: 1.0,
         };
         let drawn = image(&mut *engine, &stated(slope), &options).expect("it compiles");
-        let pairs = drawn.rgba8().into_iter().zip(&expected);
-        let differing = pairs.filter(|&(a, &b)| a.abs_diff(b) > 40).count();
+        let differing = far_channels(&drawn.rgba8(), &expected);
         assert_eq!(differing, 0, "{kind}, {cells:?}, {slope}");
     }
+    // Without a statement, rays from the camera pass it in a few leaves without a bounded gradient.
+    let unstated = scene(&format!("field(fn(p) => min({ball}, {shelf}))"));
+    let [drawn, expected] = [unstated, scene(&parts)]
+        .map(|text| picture(&text.replace("hard", "none"), [96, 72]).rgba8());
+    let differing = far_channels(&drawn, &expected);
+    assert!(differing <= MAX_UNPROVED_CHANNELS, "{differing} channels");
+}
+
+/// Counts the channels that differ as much as two materials do.
+fn far_channels(drawn: &[u8], expected: &[u8]) -> usize {
+    let pairs = drawn.iter().zip(expected);
+    pairs.filter(|&(&a, &b)| a.abs_diff(b) > 40).count()
 }
 
 /// Candidates of wide lights move into the solids of a lattice in the same way on a GPU.

@@ -66,14 +66,6 @@ fn proves_part_of_step(
 }
 
 #end
-// Places the next check, and moves the next sample back to it if that lies beyond.
-fn place_check(ray: ptr<function, ShadowRayState>, checks: f32) {
-    (*ray).next_check_t = shadow_next_check((*ray).candidate_t, (*ray).value, (*ray).gradient, (*ray).size);
-    let excess = shadow_step_back_to_check((*ray).t, (*ray).next_check_t, checks);
-    (*ray).t -= excess;
-    (*ray).step -= excess;
-}
-
 #if sized
 // Prepares the state of a ray for one to the rim of the light.
 fn restart_ray(ray: ptr<function, ShadowRayState>) {
@@ -187,7 +179,7 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
             );
             var probe_ends = false;
             if checks_all && ray.phase > 3.5 && ray.round + ray.moves < 0.5 && ray.next_check_t < NO_NEXT_CHECK {
-                place_check(&ray, light.checks);
+                ray.next_check_t = shadow_next_check(ray.candidate_t, ray.value, ray.gradient, ray.size);
             }
             if ray.phase < 0.75 {
                 let is_offset = any(ray.offset != vec3f(0.0));

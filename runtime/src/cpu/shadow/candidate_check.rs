@@ -39,18 +39,11 @@ impl<const FORM: u32> LightParams<FORM> {
         let is_first = is_probe_phase & (block.round.0[i] + block.moves.0[i] < 0.5);
         let next_check_t = hidden(&block.next_check_t);
         let ends_after_check = next_check_t >= shadow::NO_NEXT_CHECK;
-        let places_check = is_first & self.checks_all() & !ends_after_check;
-        let next_check_t = self.choice.choose(
-            places_check,
+        block.next_check_t.0[i] = self.choice.choose(
+            is_first & self.checks_all() & !ends_after_check,
             shadow::next_check_t::<f32>(block.candidate_t.0[i], value, gradient, size),
             next_check_t,
         );
-        block.next_check_t.0[i] = next_check_t;
-        let excess = shadow::step_back_to_check(block.t.0[i], next_check_t, self.checks);
-        let excess = if places_check { excess } else { 0.0 };
-        block.t.0[i] -= excess;
-        block.step.0[i] -= excess;
-        block.sample_t.0[i] = block.sample_t.0[i].min(block.t.0[i]);
         let outcome = candidate::probe_outcome::<f32>(
             point,
             gradient,
