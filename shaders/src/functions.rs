@@ -84,6 +84,7 @@ functions! {
     );
     first_sample_t = marching::first_sample_t(t, field, factor, min_step, end_t, proved_t);
     later_sample_t = marching::later_sample_t(t, field, factor, min_step, end_t);
+    proved_fraction = marching::proved_fraction(t, step, sample_t);
     min_sample_step = marching::min_sample_step(half_pixel, threshold);
     is_settled = marching::is_settled(t, field, t_other, field_other, rounding, is_raw);
     next_estimate = marching::next_estimate(

@@ -565,6 +565,12 @@ pub fn later_sample_t<R: Real>(t: R, field: R, factor: R, min_step: R, end_t: R)
     (t + (field * factor).max(min_step)).min(end_t)
 }
 
+/// Returns the fraction of a step from `t` that is proved where its next sample is at `sample_t`.
+#[inline(always)]
+pub fn proved_fraction<R: Real>(t: R, step: R, sample_t: R) -> R {
+    ((sample_t - t) / step.max(lit(1e-30))).saturate()
+}
+
 /// Returns the minimum distance between the samples of a step; see [`first_sample_t`].
 #[inline(always)]
 pub fn min_sample_step<R: Real>(half_pixel: R, threshold: R) -> R {

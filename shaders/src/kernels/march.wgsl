@@ -97,7 +97,7 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
     if (ray.status & END_MASK) == ACTIVE {
 #if proved_steps
         // Rounded down: the samples before are taken again.
-        ray.status |= u32(clamp((sample_t - ray.t) / max(ray.step, 1e-30), 0.0, 1.0) * MAX_PROVED) << PROVED_SHIFT;
+        ray.status |= u32(proved_fraction(ray.t, ray.step, sample_t) * MAX_PROVED) << PROVED_SHIFT;
 #end
         enqueue(item.index);
     }
