@@ -483,6 +483,7 @@ fn build_settings(
         current_bounds: bounds.current,
         has_estimated_slopes: slopes.uses_estimates,
         max_slope: slopes.max_slope,
+        stated_slope: slopes.stated_slope.unwrap_or(1.0),
         has_loose_slopes: slopes.meets_loose_bounds || slopes.uses_estimates,
         time: 0.0,
         material,

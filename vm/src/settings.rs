@@ -65,6 +65,8 @@ pub struct Settings {
     /// Bound of the slope of the distance program. It exceeds 1 where a field is divided by an estimate below the bound that
     /// the scene states, and is infinite without a statement.
     pub max_slope: f64,
+    /// Largest stated slope of a field over the estimate that it is divided by; 1 without such a statement.
+    pub stated_slope: f64,
     /// Set if no close bound of a field's slope is found. Bounds that the scene states have no influence.
     pub has_loose_slopes: bool,
     /// The time of the current values.

@@ -449,6 +449,11 @@ impl Lowering<'_> {
         // A statement guides steps only: the values are those without it.
         self.slopes.uses_estimates = true;
         self.slopes.max_slope = self.slopes.max_slope.max(stated / divisor);
+        if stated.is_finite() {
+            let ratio = stated / divisor;
+            let largest = self.slopes.stated_slope.map_or(ratio, |it| it.max(ratio));
+            self.slopes.stated_slope = Some(largest);
+        }
         if stated.is_infinite() && self.unbounded.insert(id) {
             let shape = &self.scene.shapes[id.0 as usize];
             let (sampled_slope, may_state_end) = match &shape.kind {

@@ -88,6 +88,16 @@ pub struct SlopeCounts {
     pub max_slope_point: [f32; 3],
 }
 
+/// Divides samples by a stated slope, over the estimate that the field was divided by
+/// ([`Settings::stated_slope`](sdfc_vm::settings::Settings::stated_slope)). So the bound of their slopes is one.
+pub fn divide_by_stated_slope(samples: &mut [FieldSample], stated_slope: f64) {
+    let factor = (1.0 / stated_slope) as f32;
+    for sample in samples {
+        sample.distance *= factor;
+        sample.gradient = sample.gradient.map(|v| v * factor);
+    }
+}
+
 /// Classifies slopes by their bound. `samples` are the engine's results for the points; a row of the
 /// picture has `width` pixels.
 pub fn classify_slopes(

@@ -1,5 +1,6 @@
 //! Tests of the overlays on scenes whose fields have a closed form.
 
+use super::slopes::divide_by_stated_slope;
 use super::*;
 use sdfc_compiler::compile::{Compiled, Options, compile};
 use sdfc_compiler::elaborate::{self, NoFiles, elaborate};
@@ -67,9 +68,13 @@ impl Fixture {
     }
 
     fn sample(&mut self, query_points: &QueryPoints) -> Vec<FieldSample> {
-        self.engine
+        let mut samples = self
+            .engine
             .query(&query_points.points)
-            .expect("the CPU answers")
+            .expect("the CPU answers");
+        let stated_slope = self.compiled.module.settings.stated_slope;
+        divide_by_stated_slope(&mut samples, stated_slope);
+        samples
     }
 }
 

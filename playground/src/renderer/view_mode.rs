@@ -149,7 +149,9 @@ impl Renderer {
         picture: &mut Picture,
     ) -> Result<(), DrawError> {
         let loaded = self.loaded_engine(task.engine)?;
-        let samples = loaded.engine.query(&query_points.points)?;
+        let stated_slope = loaded.loaded_scene()?.module.settings.stated_slope;
+        let mut samples = loaded.engine.query(&query_points.points)?;
+        slopes::divide_by_stated_slope(&mut samples, stated_slope);
         fade(picture.pixels());
         let slopes = slopes::classify_slopes(query_points, &samples, picture.size[0]);
         slopes.draw(picture.pixels(), query_points);

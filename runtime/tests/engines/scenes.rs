@@ -150,6 +150,7 @@ fn settings() -> Settings {
         },
         has_estimated_slopes: false,
         max_slope: 1.0,
+        stated_slope: 1.0,
         has_loose_slopes: false,
         time: 0.0,
         material: constants([0.7, 0.4, 0.3, 0.5, 0.0, 0.0, 0.0, 0.0]),

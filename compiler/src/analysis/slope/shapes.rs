@@ -55,6 +55,8 @@ pub(crate) struct ShapeSlopes {
     /// Bound of the slopes of values after their division, where rays may pass. It exceeds one where a value was divided by
     /// an estimate below the stated slope, and is infinite without a statement.
     pub(crate) max_slope: f64,
+    /// Largest stated slope over the estimate that a value was divided by.
+    pub(crate) stated_slope: Option<f64>,
     /// Set if a field has no close slope bound where its surface may be.
     pub(crate) meets_loose_bounds: bool,
     /// Bounds that the scene states and that are used.
@@ -115,6 +117,7 @@ impl ShapeSlopes {
             discontinuous_step: HashMap::new(),
             uses_estimates: false,
             max_slope: 1.0,
+            stated_slope: None,
             meets_loose_bounds: false,
             statements: Statements::BesideFound,
             has_met_loose_bound: false,
