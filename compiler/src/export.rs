@@ -99,7 +99,7 @@ pub fn module_text(compiled: &Compiled) -> String {
         .uniforms
         .run(&compiled.module.settings.param_numbers(), 0.0);
     let mut distance = with_constants(&compiled.optimized, &uniform_values);
-    divide_by_stated_slope(&mut distance, compiled.module.settings.max_slope);
+    divide_by_stated_slope(&mut distance, compiled.module.settings.max_slope());
     let surface = compiled
         .surface
         .as_ref()

@@ -228,8 +228,8 @@ fn part_boxes(extents: &Extents) -> Vec<Bounds> {
 pub fn field_facts(module: &Module, uniform_values: &[f64]) -> FieldFacts {
     FieldFacts {
         is_raw: module.distance.has_raw_fields(),
-        has_estimated_slopes: module.settings.has_estimated_slopes,
-        max_slope: module.settings.max_slope as f32,
+        has_estimated_slopes: module.settings.slope_over_estimate.is_some(),
+        max_slope: module.settings.max_slope() as f32,
         has_loose_slopes: module.settings.has_loose_slopes,
         bounds: *module.settings.clip_bounds(),
         material: module

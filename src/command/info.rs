@@ -233,7 +233,7 @@ fn as_json(opened: &scene::OpenedScene, rounding_error: Option<&Rounding>) -> Va
         "plane": settings.is_2d,
         "bounds": { "min": corner(settings.bounds.min), "max": corner(settings.bounds.max) },
         "divisor": divisor(module),
-        "max_slope": module.settings.max_slope,
+        "max_slope": module.settings.max_slope(),
         "rounding": rounding_error.map(rounding::as_json),
         "instructions": module.distance.code.len(),
         "surface_instructions": module.surface.as_ref().map(|surface| surface.code.len()),
@@ -283,9 +283,9 @@ fn divisor(module: &Module) -> f64 {
 /// Describes the slope after division.
 fn slope(module: &Module) -> String {
     let settings = &module.settings;
-    let bound = match settings.max_slope {
+    let bound = match settings.max_slope() {
         bound if bound.is_infinite() => "unknown".to_owned(),
-        bound if settings.has_estimated_slopes => {
+        bound if settings.slope_over_estimate.is_some() => {
             format!("at most {} by what the scene states", rounded(bound))
         }
         _ => "at most 1".to_owned(),

@@ -18,7 +18,8 @@ const MAX_REPORTED_LINES: usize = 20;
 /// Read points, and print distance, gradient and material at each of them.
 ///
 /// A line of standard input is a point, three numbers; `#` begins a comment. A line of output is
-/// the distance, the gradient's three numbers, and the material's name or number.
+/// the distance, the gradient's three numbers, and the material's name or number. A field without a found slope
+/// bound is divided by an estimate, stated or not: its value may exceed the distance.
 #[derive(Debug, clap::Args)]
 pub(crate) struct Arguments {
     /// The scene: .sdf, .sdfb or .vm.

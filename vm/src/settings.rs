@@ -60,13 +60,9 @@ pub struct Settings {
     pub bounds_for_all_params: Bounds,
     /// Bounding box of the solid for one assignment of the parameters.
     pub current_bounds: CurrentBounds,
-    /// Set if a field is divided by an estimate of its slope, since no bound is found.
-    pub has_estimated_slopes: bool,
-    /// Bound of the slope of the distance program. It exceeds 1 where a field is divided by an estimate below the bound that
-    /// the scene states, and is infinite without a statement.
-    pub max_slope: f64,
-    /// Largest stated slope of a field over the estimate that it is divided by; 1 without such a statement.
-    pub stated_slope: f64,
+    /// Largest ratio of a field's stated slope to the estimate that it is divided by, since no bound is found. Infinite without
+    /// a statement; `None` if nothing is divided by an estimate.
+    pub slope_over_estimate: Option<f64>,
     /// Set if no close bound of a field's slope is found. Bounds that the scene states have no influence.
     pub has_loose_slopes: bool,
     /// The time of the current values.
@@ -80,6 +76,14 @@ pub struct Settings {
     pub materials: Vec<String>,
     /// The names of the outputs.
     pub parts: Vec<String>,
+}
+
+impl Settings {
+    /// Returns the bound of the slope of the distance program: 1, or more where a stated slope exceeds an estimate. Infinite
+    /// if no bound is known.
+    pub fn max_slope(&self) -> f64 {
+        self.slope_over_estimate.unwrap_or(1.0).max(1.0)
+    }
 }
 
 /// Places of the parts of a solid.

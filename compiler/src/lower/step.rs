@@ -370,8 +370,7 @@ impl Lowering<'_> {
             // Values that grow ever faster are too steep to march by any bound.
             if outer >= MAX_SLOPE {
                 if ratio < MIN_BOUNDED_RATIO {
-                    self.slopes.uses_estimates = true;
-                    self.slopes.max_slope = f64::INFINITY;
+                    self.slopes.note_estimate(f64::INFINITY);
                 }
                 break;
             }
@@ -447,13 +446,7 @@ impl Lowering<'_> {
         let divisor = guess.clamp(MIN_SLOPE, MAX_SLOPE);
         let stated = (self.slopes).stated_in_region(scene_ref, self.boxes, id, region);
         // A statement guides steps only: the values are those without it.
-        self.slopes.uses_estimates = true;
-        self.slopes.max_slope = self.slopes.max_slope.max(stated / divisor);
-        if stated.is_finite() {
-            let ratio = stated / divisor;
-            let largest = self.slopes.stated_slope.map_or(ratio, |it| it.max(ratio));
-            self.slopes.stated_slope = Some(largest);
-        }
+        self.slopes.note_estimate(stated / divisor);
         if stated.is_infinite() && self.unbounded.insert(id) {
             let shape = &self.scene.shapes[id.0 as usize];
             let (sampled_slope, may_state_end) = match &shape.kind {

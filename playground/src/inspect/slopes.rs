@@ -88,10 +88,12 @@ pub struct SlopeCounts {
     pub max_slope_point: [f32; 3],
 }
 
-/// Divides samples by a stated slope, over the estimate that the field was divided by
-/// ([`Settings::stated_slope`](sdfc_vm::settings::Settings::stated_slope)). So the bound of their slopes is one.
-pub fn divide_by_stated_slope(samples: &mut [FieldSample], stated_slope: f64) {
-    let factor = (1.0 / stated_slope) as f32;
+/// Divides samples by the ratio of a stated slope to the estimate that the field was divided by
+/// ([`Settings::slope_over_estimate`](sdfc_vm::settings::Settings::slope_over_estimate)). The bound of their slopes is then
+/// one.
+pub fn divide_by_stated_slope(samples: &mut [FieldSample], ratio: Option<f64>) {
+    let ratio = ratio.filter(|ratio| ratio.is_finite()).unwrap_or(1.0);
+    let factor = (1.0 / ratio) as f32;
     for sample in samples {
         sample.distance *= factor;
         sample.gradient = sample.gradient.map(|v| v * factor);

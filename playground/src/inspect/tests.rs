@@ -72,8 +72,8 @@ impl Fixture {
             .engine
             .query(&query_points.points)
             .expect("the CPU answers");
-        let stated_slope = self.compiled.module.settings.stated_slope;
-        divide_by_stated_slope(&mut samples, stated_slope);
+        let ratio = self.compiled.module.settings.slope_over_estimate;
+        divide_by_stated_slope(&mut samples, ratio);
         samples
     }
 }

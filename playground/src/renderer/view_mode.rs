@@ -149,9 +149,9 @@ impl Renderer {
         picture: &mut Picture,
     ) -> Result<(), DrawError> {
         let loaded = self.loaded_engine(task.engine)?;
-        let stated_slope = loaded.loaded_scene()?.module.settings.stated_slope;
+        let ratio = loaded.loaded_scene()?.module.settings.slope_over_estimate;
         let mut samples = loaded.engine.query(&query_points.points)?;
-        slopes::divide_by_stated_slope(&mut samples, stated_slope);
+        slopes::divide_by_stated_slope(&mut samples, ratio);
         fade(picture.pixels());
         let slopes = slopes::classify_slopes(query_points, &samples, picture.size[0]);
         slopes.draw(picture.pixels(), query_points);

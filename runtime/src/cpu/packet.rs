@@ -489,15 +489,7 @@ fn next_points_body(
     count: usize,
     points: &mut Points,
 ) {
-    // The tape is valid in the leaf alone.
-    let (low, high) = (vector(cell.region.low), vector(cell.region.high));
-    for i in 0..whole_chunks(count) {
-        store_point(
-            points,
-            i,
-            next_point!(frame, block, i, block.step.0[i], low, high),
-        );
-    }
+    store_points::<false>(frame, cell, block, count, points);
 }
 
 /// Computes the points of the next evaluation of rays with samples on their steps.
@@ -508,9 +500,24 @@ fn next_samples(
     count: usize,
     points: &mut Points,
 ) {
+    store_points::<true>(frame, cell, block, count, points);
+}
+
+#[inline(always)]
+fn store_points<const PROVES: bool>(
+    frame: &FrameUniforms,
+    cell: &Cell,
+    block: &LeafRays,
+    count: usize,
+    points: &mut Points,
+) {
+    // The tape is valid in the leaf alone.
     let (low, high) = (vector(cell.region.low), vector(cell.region.high));
     for i in 0..whole_chunks(count) {
-        let step = sample_step!(frame, block, i);
+        let step = match PROVES {
+            true => sample_step!(frame, block, i),
+            false => block.step.0[i],
+        };
         store_point(points, i, next_point!(frame, block, i, step, low, high));
     }
 }

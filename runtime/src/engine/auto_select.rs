@@ -90,7 +90,7 @@ impl Engine for WithFallback {
         self.active().device()
     }
     fn load(&mut self, scene: &SceneInput<'_>) -> Result<(), EngineError> {
-        let needs_proof = scene.module.settings.max_slope.is_infinite();
+        let needs_proof = scene.module.settings.max_slope().is_infinite();
         self.prover = needs_proof.then(|| self.prover.take().unwrap_or_default());
         self.scene = Some((scene.module.clone(), scene.uniform_values.to_vec()));
         self.attempt(|engine| engine.load(scene))

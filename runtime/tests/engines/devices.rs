@@ -170,8 +170,7 @@ fn the_cpu_draws_what_only_it_can_prove() {
     let mut engine = with_fallback(open_on(EngineKind::Interp, gpu));
     let known = module(SPHERE, None);
     let mut estimated = known.clone();
-    estimated.settings.has_estimated_slopes = true;
-    estimated.settings.max_slope = f64::INFINITY;
+    estimated.settings.slope_over_estimate = Some(f64::INFINITY);
     for (scene, kind) in [
         (&known, EngineKind::Interp),
         (&estimated, EngineKind::Cpu),

@@ -50,13 +50,9 @@ pub(crate) struct ShapeSlopes {
     capped: HashMap<(ShapeId, [u64; 6]), Option<CappedField>>,
     /// Steps on numbers with discontinuities, by the corners of their region.
     discontinuous_step: HashMap<(ExprId, [u64; 6], SlopeScope), Option<ExprId>>,
-    /// Set if a value was divided by less than a bound of its slope where rays may pass.
-    pub(crate) uses_estimates: bool,
-    /// Bound of the slopes of values after their division, where rays may pass. It exceeds one where a value was divided by
-    /// an estimate below the stated slope, and is infinite without a statement.
-    pub(crate) max_slope: f64,
-    /// Largest stated slope over the estimate that a value was divided by.
-    pub(crate) stated_slope: Option<f64>,
+    /// Largest ratio of a stated slope to the estimate that a value was divided by, where rays may pass. Infinite without a
+    /// statement; `None` if nothing was divided by an estimate.
+    pub(crate) slope_over_estimate: Option<f64>,
     /// Set if a field has no close slope bound where its surface may be.
     pub(crate) meets_loose_bounds: bool,
     /// Bounds that the scene states and that are used.
@@ -115,9 +111,7 @@ impl ShapeSlopes {
             tested: HashMap::new(),
             capped: HashMap::new(),
             discontinuous_step: HashMap::new(),
-            uses_estimates: false,
-            max_slope: 1.0,
-            stated_slope: None,
+            slope_over_estimate: None,
             meets_loose_bounds: false,
             statements: Statements::BesideFound,
             has_met_loose_bound: false,
@@ -159,10 +153,7 @@ impl ShapeSlopes {
         id: ShapeId,
         region: &Bounds,
     ) -> f64 {
-        self.statements = Statements::None;
-        let bound = self.bound_in_region(scene, boxes, id, region);
-        self.statements = Statements::BesideFound;
-        bound
+        self.bound_by(Statements::None, scene, boxes, (id, region))
     }
 
     /// Returns a bound of the shape's slope within a region by all that the scene states; infinite if unknown.
@@ -173,10 +164,26 @@ impl ShapeSlopes {
         id: ShapeId,
         region: &Bounds,
     ) -> f64 {
-        self.statements = Statements::All;
+        self.bound_by(Statements::All, scene, boxes, (id, region))
+    }
+
+    fn bound_by(
+        &mut self,
+        statements: Statements,
+        scene: SceneRef<'_>,
+        boxes: &mut ShapeBounds,
+        (id, region): (ShapeId, &Bounds),
+    ) -> f64 {
+        self.statements = statements;
         let bound = self.bound_in_region(scene, boxes, id, region);
         self.statements = Statements::BesideFound;
         bound
+    }
+
+    /// Notes that a value was divided by an estimate, and the ratio of its stated slope to that.
+    pub(crate) fn note_estimate(&mut self, ratio: f64) {
+        let largest = self.slope_over_estimate.map_or(ratio, |it| it.max(ratio));
+        self.slope_over_estimate = Some(largest);
     }
 
     /// Reports whether a field of a shape has no close slope bound in a region. Bounds that the scene states have no

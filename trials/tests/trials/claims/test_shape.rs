@@ -169,7 +169,7 @@ impl TestShape {
         scene.shapes.push(unnormalized);
         scene.root = Some(ShapeId(scene.shapes.len() as u32 - 1));
         let mut unnormalized = compile(scene, &Options::default()).0?;
-        let max_slope = unnormalized.module.settings.max_slope;
+        let max_slope = unnormalized.module.settings.max_slope();
         let has_estimated_bound = max_slope.is_infinite();
         let uniform_values = state.apply_to(&mut unnormalized);
         let size = largest_finite_coordinate(&bounds);
