@@ -25,7 +25,7 @@ use crate::verify::{VerifyError, verify};
 
 const MAGIC: u32 = u32::from_le_bytes(*b"SDFB");
 /// The version of the layout.
-pub const VERSION: u32 = 8;
+pub const VERSION: u32 = 9;
 const HEADER: usize = 5;
 /// The largest file that is read, in bytes.
 pub const MAX_BYTES: usize = 64 << 20;

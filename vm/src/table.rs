@@ -727,24 +727,6 @@ macro_rules! for_each_operation {
                 source: "the larger of two bounds",
                 ..DISTANCE
             };
-            /// The distance of a repetition, limited by the distance to the boxes of neighbouring copies. It reads the folded point. Its parameters derive from the two corners of the cell's content, the spacing, and the guarded axes.
-            RepeatGuard "repeat_guard" = distance::repeat_guard(d: Value, p: Point; spacing: Vec3, lower: Vec3, upper: Vec3, axes: Vec3) -> Value, prepare::guard, OpFacts {
-                category: Category::Internal,
-                exactness: Exactness::Bound,
-                slope: SlopeRule::MaxOfOperandsOrOne,
-                uses_only_signs: true,
-                source: "the gap to the neighbouring cells' contents",
-                ..DISTANCE
-            };
-            /// The distance of a limited repetition, limited by the distance to the boxes of neighbouring copies. It reads the point before it is folded. Its parameters derive from the two corners, the spacing, the counts, and the guarded axes.
-            RepeatLimitedGuard "repeat_limited_guard" = distance::repeat_limited_guard(d: Value, p: Point; spacing: Vec3, inverse: Vec3, last: Vec3, lower: Vec3, upper: Vec3, axes: Vec3) -> Value, prepare::limited_guard, OpFacts {
-                category: Category::Internal,
-                exactness: Exactness::Bound,
-                slope: SlopeRule::MaxOfOperandsOrOne,
-                uses_only_signs: true,
-                source: "the gap to the neighbouring cells' contents",
-                ..DISTANCE
-            };
             // ---------------------------------------------------------------- arithmetic
             /// The first coordinate of the point.
             X "x" = math::x(p: Point;) -> Value, prepare::identity, OpFacts {

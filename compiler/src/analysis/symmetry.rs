@@ -158,7 +158,11 @@ impl Symmetries<'_> {
                 && (other == axis || entry(row, other) == Some(0.0))
         });
         let shift = entry(row, 3)?;
-        is_separate.then(|| (row, entry(row, axis).unwrap_or(1.0) * position + shift))
+        let scaled = entry(row, axis).unwrap_or(1.0) * position;
+        // Shifts that cancel leave their rounding.
+        let is_zero = (scaled + shift).abs() <= MAX_RELATIVE_ROUNDING * shift.abs();
+        let position = if is_zero { 0.0 } else { scaled + shift };
+        is_separate.then_some((row, position))
     }
 
     /// Reports whether a primitive's formula is even along an axis. The test compares values at sample
@@ -207,6 +211,8 @@ impl Symmetries<'_> {
     }
 }
 
+/// Maximum sum of two positions that cancel, relative to one of them.
+const MAX_RELATIVE_ROUNDING: f64 = 1e-14;
 /// Sample values of live parameters.
 const SAMPLE_VALUES: [f64; 2] = [0.375, 1.25];
 /// Number of sample points of a formula.

@@ -1,19 +1,11 @@
 //! Copies by folding space: the union of the copies that may be the nearest one to a point.
-//!
-//! Sometimes the neighbouring copies need not be evaluated: if a step is enough, and a copy leaves a
-//! gap to the walls of its cell. A step may then be at most the distance to the neighbours' boxes.
 
 use super::{LocalPoint, Lowering, ValueUse};
 use crate::expression::ExprId;
 use crate::graph::{GraphNumber, NodeId};
-use crate::scene::{NeighbourCells, SceneRef, ShapeId, ShapeKind, neighbour};
+use crate::scene::{ShapeId, ShapeKind, neighbour};
 use sdfc_vm::table::Op;
 use std::f64::consts::TAU;
-
-/// Minimum gap between a copy and the walls of its cell, as a fraction of the cell. From it on, the
-/// neighbours are replaced by their boxes. In a smaller gap rays would take many short steps along the
-/// walls.
-const MIN_GAP_FRACTION: f64 = 1.0 / 64.0;
 
 impl Lowering<'_> {
     /// Lowers the copies of a repetition.
@@ -31,36 +23,17 @@ impl Lowering<'_> {
                 others,
             } => {
                 let numbers = self.numbers(&parameters);
-                let cell_guard = match value_use {
-                    ValueUse::Step => self.cell_guard(child, &numbers, others),
-                    ValueUse::Written => None,
-                };
-                let axes = cell_guard.map_or([false; 3], |(_, axes)| axes);
-                let cells = std::array::from_fn(|axis| {
-                    let others = if axes[axis] {
-                        NeighbourCells::default()
-                    } else {
-                        others[axis]
-                    };
-                    others.cells().collect::<Vec<_>>()
-                });
-                let union = self.grid(
-                    op,
-                    child,
-                    &numbers,
-                    cells,
-                    local_point,
-                    value_use,
-                    cell_guard,
-                );
-                match cell_guard {
-                    Some((corners, axes)) if op == Op::RepeatLimited => {
-                        let parameters = guard_parameters(corners, axes, &numbers, op);
-                        let op = Op::RepeatLimitedGuard;
-                        self.apply(op, local_point, vec![union], parameters)
+                let cells = others.map(|others| others.cells().collect::<Vec<_>>());
+                let mut copies = Vec::new();
+                for &z in &cells[2] {
+                    for &y in &cells[1] {
+                        for &x in &cells[0] {
+                            let point = self.cell(op, &numbers, [x, y, z], local_point);
+                            copies.push(self.shape(child, local_point.moved_to(point), value_use));
+                        }
                     }
-                    _ => union,
                 }
+                self.union(copies, local_point)
             }
             ShapeKind::Polar {
                 op,
@@ -101,49 +74,20 @@ impl Lowering<'_> {
         }
     }
 
-    /// Returns the union of the copies in these cells along each axis.
-    #[expect(
-        clippy::too_many_arguments,
-        reason = "a repetition and how it is wanted"
-    )]
-    fn grid(
+    /// Returns the point in the cell at this offset from its own.
+    fn cell(
         &mut self,
         op: Op,
-        child: ShapeId,
         numbers: &[GraphNumber],
-        cells: [Vec<f64>; 3],
+        offset: [f64; 3],
         local_point: LocalPoint,
-        value_use: ValueUse,
-        cell_guard: Option<([[f64; 3]; 2], [bool; 3])>,
     ) -> NodeId {
-        let mut copies = Vec::new();
-        for &z in &cells[2] {
-            for &y in &cells[1] {
-                for &x in &cells[0] {
-                    let cell_offset = [x, y, z];
-                    let point = if cell_offset == [0.0; 3] {
-                        self.apply(op, local_point, Vec::new(), numbers.to_vec())
-                    } else {
-                        let cell_offset =
-                            cell_offset.map(|cell| GraphNumber::Constant(cell as f32));
-                        let parameters = numbers.iter().copied().chain(cell_offset).collect();
-                        self.apply(neighbour(op), local_point, Vec::new(), parameters)
-                    };
-                    let copy_point = local_point.moved_to(point);
-                    let copy = self.shape(child, copy_point, value_use);
-                    // The guard of an infinite grid reads the folded point.
-                    let copy = match cell_guard {
-                        Some((corners, axes)) if op == Op::Repeat => {
-                            let parameters = guard_parameters(corners, axes, numbers, op);
-                            self.apply(Op::RepeatGuard, copy_point, vec![copy], parameters)
-                        }
-                        _ => copy,
-                    };
-                    copies.push(copy);
-                }
-            }
+        if offset == [0.0; 3] {
+            return self.apply(op, local_point, Vec::new(), numbers.to_vec());
         }
-        self.union(copies, local_point)
+        let offset = offset.map(|cell| GraphNumber::Constant(cell as f32));
+        let parameters = numbers.iter().copied().chain(offset).collect();
+        self.apply(neighbour(op), local_point, Vec::new(), parameters)
     }
 
     /// Returns the map of a point to the frame of a shape that is rotated about the axis of a polar
@@ -187,63 +131,4 @@ impl Lowering<'_> {
             self.apply(Op::Union, local_point, vec![sum, copy], Vec::new())
         })
     }
-
-    /// Returns the corners of a cell's content, and the axes along which boxes replace its neighbours.
-    fn cell_guard(
-        &mut self,
-        child: ShapeId,
-        numbers: &[GraphNumber],
-        others: [NeighbourCells; 3],
-    ) -> Option<([[f64; 3]; 2], [bool; 3])> {
-        let bounds = self.boxes.get(SceneRef::from(&*self.scene), child);
-        if bounds.is_empty() {
-            return None;
-        }
-        let axes: [bool; 3] = std::array::from_fn(|axis| {
-            let GraphNumber::Constant(spacing) = numbers[axis] else {
-                return false;
-            };
-            let half = f64::from(spacing).abs() / 2.0;
-            let gap = (half + bounds.min[axis]).min(half - bounds.max[axis]);
-            others[axis] == NEAREST_NEIGHBOURS && gap >= MIN_GAP_FRACTION * 2.0 * half
-        });
-        let is_constant = numbers
-            .iter()
-            .all(|n| matches!(n, GraphNumber::Constant(_)));
-        let corners = [bounds.min, bounds.max].map(|corner| corner.map(|v| v.clamp(-1e18, 1e18)));
-        (is_constant && axes != [false; 3]).then_some((corners, axes))
-    }
-}
-
-/// Neighbouring copies of a shape that fits its cell.
-const NEAREST_NEIGHBOURS: NeighbourCells = NeighbourCells { near: 1, far: 0 };
-
-/// Returns the parameters of a guard, from those of a repetition and the content of its cells.
-fn guard_parameters(
-    corners: [[f64; 3]; 2],
-    axes: [bool; 3],
-    numbers: &[GraphNumber],
-    op: Op,
-) -> Vec<GraphNumber> {
-    let constant = |n: &GraphNumber| match n {
-        GraphNumber::Constant(v) => f64::from(*v),
-        GraphNumber::Uniform(_) => unreachable!("guards are made of constants"),
-    };
-    let numbers: Vec<f64> = numbers.iter().map(constant).collect();
-    let mut arguments: Vec<f64> = corners.concat();
-    arguments.extend(&numbers[..3]);
-    let row = match op {
-        Op::Repeat => Op::RepeatGuard,
-        _ => {
-            // The last cell's index is one less than the number of cells.
-            arguments.extend(numbers[6..9].iter().map(|last| last + 1.0));
-            Op::RepeatLimitedGuard
-        }
-    };
-    arguments.extend(axes.map(|axis| f64::from(u8::from(axis))));
-    let prepared = sdfc_vm::table::prepare::<f64>(row, &arguments);
-    prepared
-        .into_iter()
-        .map(|v| GraphNumber::Constant(v as f32))
-        .collect()
 }

@@ -122,30 +122,6 @@ pub fn limited_spacing<R: Real>(a: &[R]) -> Vec<R> {
     v
 }
 
-/// Converts the lower and upper corner of a cell's content, the spacing and the guarded axes. The result is
-/// the spacing, the ends of the copies below, the starts of the copies above, and the axes.
-pub fn guard<R: Real>(a: &[R]) -> Vec<R> {
-    let spacing: Vec<R> = a[6..9].iter().map(|spacing| spacing.abs()).collect();
-    [&spacing, &*neighbours(a), &a[9..12]].concat()
-}
-
-/// Converts the corners, the spacing, the counts and the guarded axes. The result is the parameters of the
-/// grid, the ends and starts of the neighbours, and the axes.
-pub fn limited_guard<R: Real>(a: &[R]) -> Vec<R> {
-    let mut v = limited_spacing(&a[6..12]);
-    v.extend(neighbours(a));
-    v.extend_from_slice(&a[12..15]);
-    v
-}
-
-/// Returns the ends of the copies below and the starts of the copies above.
-fn neighbours<R: Real>(a: &[R]) -> Vec<R> {
-    let kept = |v: R| v.clamp(lit(-1e15), lit(1e15));
-    let lower = (0..3).map(|i| kept(a[3 + i]) - a[6 + i].abs());
-    let upper = (0..3).map(|i| kept(a[i]) + a[6 + i].abs());
-    lower.chain(upper).collect()
-}
-
 /// Converts a number of sectors and the direction of the first one to their angle, its inverse, and the
 /// direction.
 pub fn polar<R: Real>(a: &[R]) -> Vec<R> {

@@ -130,18 +130,6 @@ impl Random {
             // The operands of these tests have slope one.
             Op::FieldGrowth => vec![0.5, 1.0, 1.5, 2.0],
             Op::ElongateCorrect => list(&[("by", A::Lengths3)]),
-            Op::RepeatGuard => [
-                vec![-0.25, -0.125, 0.0, 0.125, 0.25, 0.375],
-                list(&[("spacing", A::Lengths3)]),
-                vec![1.0, 1.0, 0.0],
-            ]
-            .concat(),
-            Op::RepeatLimitedGuard => [
-                vec![-0.25, -0.125, 0.0, 0.125, 0.25, 0.375],
-                list(&[("spacing", A::Lengths3), ("n", A::Counts3)]),
-                vec![0.0, 1.0, 1.0],
-            ]
-            .concat(),
             Op::Bounded => vec![-0.5, -1.0, -0.75, 0.5, 0.25, 1.0, 0.5, 4.0],
             Op::NoiseOctave | Op::RidgeOctave => vec![self.coarse(0.5, 3.0), 0.5, 3.0],
             Op::Noise => vec![7.0],

@@ -12,10 +12,6 @@ fn ball(p: Point) -> f64 {
     distance(p, CENTRE) - R
 }
 
-fn corners() -> Vec<f64> {
-    [CENTRE.map(|v| v - R), CENTRE.map(|v| v + R)].concat()
-}
-
 /// All choices of 0 or 1 for each axis.
 fn choices() -> impl Iterator<Item = [f64; 3]> {
     (0..8).map(|i: i32| [0, 1, 2].map(|axis| f64::from(i >> axis & 1)))
@@ -25,11 +21,6 @@ fn choices() -> impl Iterator<Item = [f64; 3]> {
 fn an_endless_grid_is_all_its_copies() {
     let mut random = Random::new(40);
     let spacing = [1.0, 0.75, 0.0];
-    let own = Case::new(Op::Repeat, &spacing);
-    let guard = Case::new(
-        Op::RepeatGuard,
-        &[corners(), spacing.to_vec(), vec![1.0, 1.0, 0.0]].concat(),
-    );
     for _ in 0..1000 {
         let p = random.point(2.0);
         let mut nearest = f64::INFINITY;
@@ -39,19 +30,11 @@ fn an_endless_grid_is_all_its_copies() {
                 nearest = nearest.min(ball(sub(p, cell)));
             }
         }
-        let d = ball(own.map(p));
         let both = choices()
             .map(|which| Case::new(Op::RepeatNeighbour, &[spacing, which].concat()).map(p))
             .map(ball)
             .fold(f64::INFINITY, f64::min);
         assert!((both - nearest).abs() < 1e-9, "at {p:?}: {both}, {nearest}");
-        let guarded = guard.with(own.map(p), [d, 0.0, 0.0]);
-        assert!(guarded <= nearest + 1e-9, "at {p:?}: {guarded}, {nearest}");
-        assert!(
-            guarded > 0.0 || nearest < 1e-9,
-            "at {p:?}: {guarded}, {nearest}"
-        );
-        assert_eq!(guarded < 0.0, nearest < 0.0);
     }
 }
 
@@ -60,11 +43,6 @@ fn a_limited_grid_is_all_its_copies() {
     let mut random = Random::new(41);
     let (spacing, counts) = ([1.0, 0.75, 0.5], [3.0, 2.0, 1.0]);
     let grid = [spacing, counts].concat();
-    let own = Case::new(Op::RepeatLimited, &grid);
-    let guard = Case::new(
-        Op::RepeatLimitedGuard,
-        &[corners(), grid.clone(), vec![1.0; 3]].concat(),
-    );
     for _ in 0..1000 {
         let p = random.point(3.0);
         let mut nearest = f64::INFINITY;
@@ -73,7 +51,6 @@ fn a_limited_grid_is_all_its_copies() {
                 nearest = nearest.min(ball(sub(p, [i, j, 0.0])));
             }
         }
-        let d = ball(own.map(p));
         let both = choices()
             .map(|which| {
                 let arguments = [grid.clone(), which.to_vec()].concat();
@@ -81,13 +58,6 @@ fn a_limited_grid_is_all_its_copies() {
             })
             .fold(f64::INFINITY, f64::min);
         assert!((both - nearest).abs() < 1e-9, "at {p:?}: {both}, {nearest}");
-        let guarded = guard.with(p, [d, 0.0, 0.0]);
-        assert!(guarded <= nearest + 1e-9, "at {p:?}: {guarded}, {nearest}");
-        assert_eq!(
-            guarded < 0.0,
-            nearest < 0.0,
-            "at {p:?}: {guarded}, {nearest}"
-        );
     }
 }
 

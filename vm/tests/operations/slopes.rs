@@ -26,15 +26,11 @@ fn bound(case: &Case) -> Option<f64> {
 
 #[test]
 fn no_value_is_steeper_than_its_row_states() {
-    // Guards of a repetition apply to a folded point; their discontinuities are those of the repetition.
     // The ends of a partial turn and the inside of an elongation apply to a transformed point. An edge of a
     // polygon depends on the others.
     let elsewhere = |op| {
-        use Op::{ElongateCorrect, PolygonEdge, RepeatGuard, RepeatLimitedGuard, RevolveClose};
-        matches!(
-            op,
-            ElongateCorrect | RepeatGuard | RepeatLimitedGuard | RevolveClose | PolygonEdge
-        )
+        use Op::{ElongateCorrect, PolygonEdge, RevolveClose};
+        matches!(op, ElongateCorrect | RevolveClose | PolygonEdge)
     };
     for case in cases(6, 4, |op| {
         op.row().output == Output::Value && !elsewhere(op)
