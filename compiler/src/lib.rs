@@ -18,6 +18,7 @@ pub mod lower;
 mod odd_functions;
 pub mod open;
 pub mod passes;
+mod plateaus;
 pub mod provenance;
 pub mod raise;
 pub mod scene;

@@ -6,8 +6,11 @@
 //!
 //! `atan(1 / x)` jumps at the pole of `1 / x`, and a jump is a surface. So saturating functions of a field that may
 //! have poles are kept.
+//!
+//! Fields that are zero outside of their solid are replaced, too (`plateaus`).
 
 use crate::expression::{ExprId, Expression, Expressions, Stage};
+use crate::plateaus::{KeptSet, without_plateau};
 use crate::uniforms::postorder;
 use sdfc_vm::row::Continuity;
 use sdfc_vm::table::Op;
@@ -17,38 +20,43 @@ const MAX_DEPTH: u32 = 32;
 /// Maximum number of factors of a product in which powers are found.
 const MAX_FACTORS: usize = 64;
 
-/// Returns a field with the same sign without the odd functions around it.
+/// Returns a field with the same sign without the odd functions around it, and without plateaus at zero.
 pub(crate) fn without_odd_functions(e: &mut Expressions, field: ExprId) -> ExprId {
-    without(e, field, MAX_DEPTH)
+    without(e, field, KeptSet::Negative, MAX_DEPTH)
 }
 
-fn without(e: &mut Expressions, number: ExprId, depth: u32) -> ExprId {
+fn without(e: &mut Expressions, number: ExprId, kept: KeptSet, depth: u32) -> ExprId {
     let Expression::Apply { op, values, .. } = e.get(number).clone() else {
         return number;
     };
+    if depth == 0 || e.stage(number) <= Stage::Uniform {
+        return number;
+    }
+    if let Some(rest) = without_plateau(e, op, &values, kept) {
+        return without(e, rest, kept, depth - 1);
+    }
     match (op, values.as_slice()) {
-        _ if depth == 0 || e.stage(number) <= Stage::Uniform => number,
         (Op::Neg, &[a]) => {
-            let a = without(e, a, depth - 1);
+            let a = without(e, a, kept.negated(), depth - 1);
             e.call(Op::Neg, &[a])
         }
         (Op::Min | Op::Max, &[a, b]) => {
-            let operands = [a, b].map(|operand| without(e, operand, depth - 1));
+            let operands = [a, b].map(|operand| without(e, operand, kept, depth - 1));
             e.call(op, &operands)
         }
         (Op::Select, &[condition, a, b]) => {
-            let [a, b] = [a, b].map(|branch| without(e, branch, depth - 1));
+            let [a, b] = [a, b].map(|branch| without(e, branch, kept, depth - 1));
             e.call(Op::Select, &[condition, a, b])
         }
         (Op::Div, &[a, b]) => {
-            let dividend = without(e, a, depth - 1);
+            let dividend = without(e, a, kept.divided_by(e, b), depth - 1);
             e.call(Op::Div, &[dividend, b])
         }
-        (Op::Sinh, &[a]) => without(e, a, depth - 1),
+        (Op::Sinh, &[a]) => without(e, a, kept, depth - 1),
         (Op::Atan | Op::Tanh | Op::Asin | Op::Sign, &[a]) if !may_have_poles(e, a) => {
-            without(e, a, depth - 1)
+            without(e, a, kept, depth - 1)
         }
-        (Op::Mul, _) => without_powers(e, number, depth),
+        (Op::Mul, _) => without_powers(e, number, kept, depth),
         _ => number,
     }
 }
@@ -83,14 +91,21 @@ struct Power {
 }
 
 /// Returns a product with the same sign, in which no odd power of a factor is left.
-fn without_powers(e: &mut Expressions, product: ExprId, depth: u32) -> ExprId {
+fn without_powers(e: &mut Expressions, product: ExprId, kept: KeptSet, depth: u32) -> ExprId {
     let Some((uniform, powers)) = powers_of(e, product) else {
         return product;
     };
     let is_single = powers.len() == 1;
+    let kept = (uniform.iter()).fold(kept, |kept, &factor| kept.divided_by(e, factor));
     let mut is_changed = false;
     let mut factors = uniform;
+    // A square is zero in sheets without thickness at most.
+    let takes_squares = kept != KeptSet::Both && powers.iter().any(|power| power.is_odd);
     for power in powers {
+        if takes_squares && !power.is_odd && has_thin_zeros(e, power.base) {
+            is_changed = true;
+            continue;
+        }
         let factor = match (power.is_odd, power.count) {
             (true, 1) => power.written,
             (true, _) => power.base,
@@ -100,7 +115,7 @@ fn without_powers(e: &mut Expressions, product: ExprId, depth: u32) -> ExprId {
         is_changed |= power.is_odd && power.count > 1;
         // Functions around single factors of a product do not determine how flat or steep it is.
         let reduced = match is_single {
-            true => without(e, factor, depth - 1),
+            true => without(e, factor, kept, depth - 1),
             false => factor,
         };
         is_changed |= reduced != factor;
@@ -146,6 +161,29 @@ fn powers_of(e: &mut Expressions, product: ExprId) -> Option<(Vec<ExprId>, Vec<P
         }
     }
     None
+}
+
+/// Reports whether a number is zero in no part of space, unless everywhere: a polynomial with constant coefficients, or a
+/// root of one.
+fn has_thin_zeros(e: &Expressions, number: ExprId) -> bool {
+    postorder(e, number, |_| false)
+        .into_iter()
+        .all(|id| match e.get(id) {
+            Expression::Constant(_) | Expression::Coordinate(_) => true,
+            Expression::Apply { op, .. } => matches!(
+                op,
+                Op::X
+                    | Op::Y
+                    | Op::Z
+                    | Op::Add
+                    | Op::Sub
+                    | Op::Mul
+                    | Op::Neg
+                    | Op::Square
+                    | Op::Sqrt
+            ),
+            _ => false,
+        })
 }
 
 fn is_product(e: &Expressions, number: ExprId) -> bool {
