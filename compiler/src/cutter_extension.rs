@@ -7,8 +7,8 @@
 //! Bounding boxes prove that nothing of the body lies in it, or intervals that other cutters remove it
 //! anyway. The solid stays the same set of points; its field is closer to the distance.
 //!
-//! Walls that are straight at the face keep their profile (`straight`). Sloping walls are prolonged
-//! (`sloping` for solids, `polygon` for polygons). A face that depends on live parameters is moved if the
+//! Walls that are straight at the face keep their profile (`straight`), also within rounded shapes (`rounded`). Sloping
+//! walls are prolonged (`sloping` for solids, `polygon` for polygons, `regular` for those with equal sides). A face that depends on live parameters is moved if the
 //! body's outermost face depends on them in the same way (`live`).
 
 mod convex;
@@ -21,6 +21,8 @@ mod live_polygon;
 mod mapped;
 mod polygon;
 mod regions;
+mod regular;
+mod rounded;
 mod section;
 mod sloping;
 mod straight;
@@ -118,6 +120,15 @@ enum PathStep {
     Revolve(f64),
     /// Intersection with a box.
     Clip(Bounds),
+}
+
+impl PathStep {
+    /// Returns the intersection with a slab along z.
+    fn along_z(low: f64, high: f64) -> Self {
+        let mut clip = Bounds::ALL_SPACE;
+        (clip.min[2], clip.max[2]) = (low, high);
+        Self::Clip(clip)
+    }
 }
 
 /// The body that is cut, its size, and its other cutters.
@@ -367,13 +378,10 @@ impl CutterExtension<'_> {
                 children[0] = self.extend_cutter(children[0], path, cut);
                 return self.with_kind(id, kind);
             }
-            ShapeKind::Primitive { .. } => {
-                let id = self.extend_flat_faces(id, path, cut);
-                return match cut.blend_radius > 0.0 {
-                    true => id,
-                    false => self.extend_sloped_faces(id, path, cut),
-                };
+            ShapeKind::Primitive { .. } if cut.blend_radius > 0.0 => {
+                return self.extend_flat_faces(id, path, cut);
             }
+            ShapeKind::Primitive { .. } => return self.extend_primitive(id, path, cut),
             ShapeKind::Polygon { .. } if cut.blend_radius > 0.0 => return id,
             ShapeKind::Polygon { .. } => return self.extend_polygon_edges(id, path, cut),
             ShapeKind::Painted { .. } => None,
@@ -413,10 +421,8 @@ impl CutterExtension<'_> {
                 op: Op::Extrude | Op::RoundedExtrude,
                 ..
             } => {
-                let mut clip = Bounds::ALL_SPACE;
                 let bounds = self.bounds(id);
-                (clip.min[2], clip.max[2]) = (bounds.min[2], bounds.max[2]);
-                Some(PathStep::Clip(clip))
+                Some(PathStep::along_z(bounds.min[2], bounds.max[2]))
             }
             _ => return id,
         };
@@ -431,6 +437,16 @@ impl CutterExtension<'_> {
             ShapeKind::Distance { .. } => self.extend_flat_faces(id, path, cut),
             _ => id,
         }
+    }
+
+    /// Extends a solid or a 2-D shape of the table.
+    fn extend_primitive(&mut self, id: ShapeId, path: &[PathStep], cut: &CutContext) -> ShapeId {
+        if let Some(extended) = self.extend_regular_sides(id, path, cut) {
+            return extended;
+        }
+        let id = self.extend_flat_faces(id, path, cut);
+        let id = self.extend_sloped_faces(id, path, cut);
+        self.extend_rounded_faces(id, path, cut)
     }
 
     fn constants(&self, ids: &[ExprId]) -> Option<Vec<f64>> {

@@ -1,6 +1,7 @@
-//! Polygons whose edges are moved outwards while the adjacent edges are prolonged.
+//! Polygons whose edges are moved outwards. Adjacent edges are prolonged if they lead straight outwards or apart. Else new
+//! edges lead straight outwards, and the ends of the old edge become corners.
 //!
-//! The extension of an edge is a triangle or a trapezoid. It may meet no other edge, so the polygon stays
+//! The extension of an edge is a rectangle or a trapezoid. It may meet no other edge, so the polygon stays
 //! simple, and the new polygon is the union of the old one and the extension.
 
 use super::free_space::GrowingPart;
@@ -22,13 +23,13 @@ struct Edge {
     normal: DVec2,
     /// Displacement of each end per unit outwards.
     end_directions: [DVec2; 2],
-    /// Distance at which both ends meet; infinite if they do not.
-    tip_distance: f64,
+    /// Set if the ends stay corners.
+    keeps_ends: bool,
 }
 
 impl Edge {
-    /// Returns an edge of a simple counterclockwise polygon. `None` if an adjacent edge does not lead outwards.
-    fn new(points: &[DVec2], index: usize) -> Option<Self> {
+    /// Returns an edge of a simple counterclockwise polygon.
+    fn new(points: &[DVec2], index: usize) -> Self {
         let count = points.len();
         let [previous, a, b, following] =
             [count - 1, 0, 1, 2].map(|step| points[(index + step) % count]);
@@ -41,30 +42,24 @@ impl Edge {
             let is_outward = rise > 1e-3 * delta.x.hypot(delta.y);
             is_outward.then(|| delta / rise)
         };
-        let directions = [direction(previous, a)?, direction(following, b)?];
-        let narrowing = (directions[0] - directions[1]).dot(edge) / length;
-        let tip = if narrowing > 1e-12 {
-            length / narrowing
-        } else {
-            f64::INFINITY
+        let prolonged = direction(previous, a).zip(direction(following, b));
+        // The walls of an opening must not come closer to each other outside of the body.
+        let is_open = |(first, second): &(DVec2, DVec2)| {
+            let [first, second] = [first, second].map(|it| it.dot(edge) / length);
+            first < 1e-12 && second > -1e-12
         };
-        Some(Self {
+        let prolonged = prolonged.filter(is_open);
+        Self {
             ends: [a, b],
             normal,
-            end_directions: directions,
-            tip_distance: tip,
-        })
+            end_directions: prolonged.map_or([normal; 2], |(first, second)| [first, second]),
+            keeps_ends: prolonged.is_none(),
+        }
     }
 
-    /// Returns both ends, moved outwards by a distance. From `tip_distance` on they coincide.
+    /// Returns both ends, moved outwards by a distance.
     fn moved_ends(&self, distance: f64) -> [DVec2; 2] {
-        let [a, b] = [0, 1].map(|i| self.ends[i] + self.end_directions[i] * distance);
-        // At the tip, both ends are equal regardless of rounding.
-        if distance >= self.tip_distance {
-            [a, a]
-        } else {
-            [a, b]
-        }
+        [0, 1].map(|i| self.ends[i] + self.end_directions[i] * distance)
     }
 
     /// Returns the map from the frame of the edge, with x outwards and y along it, to that of the polygon.
@@ -121,21 +116,19 @@ impl CutterExtension<'_> {
             else {
                 continue;
             };
-            let Some(edge) = Edge::new(&points, index) else {
-                continue;
-            };
+            let edge = Edge::new(&points, index);
             if self.edge_protrudes(current, &points, &edge, max_step, (path, cut)) {
                 continue;
             }
             let mut accepted = None;
             self.largest_fraction(|this, fraction| {
-                let distance = (max_step * fraction).min(edge.tip_distance);
-                let Some(new) = with_moved_edge(&points, index, edge.moved_ends(distance)) else {
+                let distance = max_step * fraction;
+                let moved = edge.moved_ends(distance);
+                let Some(new) = with_moved_edge(&points, index, moved, edge.keeps_ends) else {
                     return false;
                 };
                 let shapes = this.scene.shapes.len();
                 let candidate = this.add_polygon(id, &new);
-                let moved = edge.moved_ends(distance);
                 let section = |points: [DVec2; 2]| Section {
                     points: points.map(|p| p.extend(0.0)).to_vec(),
                     is_round: false,
@@ -189,7 +182,7 @@ impl CutterExtension<'_> {
     }
 
     /// Adds a polygon, with the name and the span of another shape.
-    fn add_polygon(&mut self, like: ShapeId, points: &[DVec2]) -> ShapeId {
+    pub(super) fn add_polygon(&mut self, like: ShapeId, points: &[DVec2]) -> ShapeId {
         let expressions = &mut self.scene.expressions;
         let corner = |p: &DVec2| p.to_array().map(|v| expressions.constant(v));
         let points = points.iter().map(corner).collect();
@@ -263,13 +256,20 @@ fn simplified_corners(points: &[DVec2]) -> Option<Vec<DVec2>> {
     is_simple(&kept).then_some(kept)
 }
 
-/// Moves an edge of a polygon, if it stays simple; an edge of length 0 becomes one corner.
-fn with_moved_edge(points: &[DVec2], index: usize, [a, b]: [DVec2; 2]) -> Option<Vec<DVec2>> {
+/// Moves an edge of a polygon, if it stays simple. Its old ends remain corners if `keeps_ends` is set.
+fn with_moved_edge(
+    points: &[DVec2],
+    index: usize,
+    [a, b]: [DVec2; 2],
+    keeps_ends: bool,
+) -> Option<Vec<DVec2>> {
     let count = points.len();
     let mut new = points.to_vec();
-    (new[index], new[(index + 1) % count]) = (a, b);
-    if a == b {
-        new.remove(index);
+    match keeps_ends {
+        true => {
+            new.splice(index + 1..index + 1, [a, b]);
+        }
+        false => (new[index], new[(index + 1) % count]) = (a, b),
     }
     is_simple(&new).then_some(new)
 }

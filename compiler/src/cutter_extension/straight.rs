@@ -27,7 +27,7 @@ impl CutterExtension<'_> {
 
     /// Extends a shape along several axes in turn: an extension along one axis enlarges the faces of the
     /// next. Recursion over axes.
-    fn extend_faces_along(
+    pub(super) fn extend_faces_along(
         &mut self,
         id: ShapeId,
         flats: &[Flat],
