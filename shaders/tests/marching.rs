@@ -414,15 +414,15 @@ fn estimated_roots_take_few_steps() {
 #[test]
 fn far_estimates_of_raw_fields_are_sampled_halfway() {
     let rays = Rays {
-        half_pixel: 0.05,
+        half_pixel: 0.02,
         is_raw: 1.0,
-        ..Rays::with_threshold(0.0025)
+        ..Rays::with_threshold(0.001)
     };
-    // Ground that was divided by fifty, and before it a wall that was not.
-    let ground = |t: f32| (3.1 - t) * 0.02;
-    let wall = |t: f32| ((t - 2.95).abs() - 0.05) * 0.5;
-    let (t, steps) = rays.march(|t| ground(t).min(wall(t)), 600);
-    assert!((t - 2.9).abs() < 1e-4, "stopped at {t} after {steps}");
+    // Ground that was divided by two hundred, and before it a wall that was divided by ten.
+    let ground = |t: f32| (1.3 - t) * 0.005;
+    let wall = |t: f32| ((t - 1.18).abs() - 0.02) * 0.1;
+    let (t, steps) = rays.march(|t| ground(t).min(wall(t)), 3000);
+    assert!((t - 1.16).abs() < 1e-4, "stopped at {t} after {steps}");
 }
 
 /// A wall stands on a plate, and its foot lies in the top of it: there the field is zero within the solid,

@@ -222,8 +222,8 @@ fn stated_slopes_change_no_penumbra() {
     }
 }
 
-/// A stated slope of a field for which no bound is found adds samples on steps. Whether it is stated, and how large it is,
-/// changes no pixel.
+/// A stated slope of a field for which no bound is found adds samples on steps. Beside a bound that is found, it is not used.
+/// Whether it is stated, and how large it is, changes no pixel.
 #[test]
 fn loose_statements_change_no_pixel() {
     for (field, slope) in [
@@ -239,6 +239,11 @@ fn loose_statements_change_no_pixel() {
         (
             "0.5 - abs(sin(4 * p.x) * cos(4 * p.y)) - 0.3 * p.z * p.y / length(p.yz)",
             4.4,
+        ),
+        // A bound of 46 is found.
+        (
+            "length(p) - 0.8 + 0.3 * pow(1 - abs(noise(p * 4)) * 2, 2)",
+            25.0,
         ),
     ] {
         for shadow in ["hard", "soft(0.08)", "soft(0.3)", "plain", "sized(0.1)"] {

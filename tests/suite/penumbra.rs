@@ -39,7 +39,7 @@ struct Case {
 /// Half side of the cube to which bodies are cut.
 const HALF_SIDE: f64 = 1.1;
 
-const CASES: [Case; 7] = [
+const CASES: [Case; 8] = [
     Case {
         text: "length(p) - 0.7",
         field: |p| p.length() - 0.7,
@@ -60,6 +60,17 @@ const CASES: [Case; 7] = [
         },
         slope: 3.5,
         max_errors: [0.006, 0.0048],
+    },
+    // The field is zero at both ends of the bore, where no surface is.
+    Case {
+        text: "max(max(length(p.xz) - 0.8, abs(p.y) - 0.4), -max(length(p.xz) - 0.5, abs(p.y) - 0.4))",
+        field: |p| {
+            let (radius, height) = (p.x.hypot(p.z), p.y.abs());
+            let bore = (radius - 0.5).max(height - 0.4);
+            (radius - 0.8).max(height - 0.4).max(-bore)
+        },
+        slope: 1.0,
+        max_errors: [0.012, 0.0245],
     },
     // No slope bound is found of the following two.
     Case {

@@ -161,7 +161,7 @@ const DESCRIPTIONS: &[(&str, &str, &str)] = &[
         "",
         "The solid where a function of the point is negative, or a 2-D shape if the function is written \
          `fn(p: vec2)`. `lipschitz` states a bound on its slope, for a field of which none is \
-         found or a far looser one. `within` cuts it to a box of this \
+         found. `within` cuts it to a box of this \
          size. Points where the function is not defined, as the root of a negative number, are outside. Set \
          operations and transforms depend on its sign alone. Offsets, blends, morphs and displacements use its values.",
     ),

@@ -384,22 +384,9 @@ impl Lowering<'_> {
         cubes
     }
 
-    /// Returns a bound of a shape's slope in all of space; infinite if unknown. Close bounds near the surface, in `bounds`,
-    /// make those that the scene states needless.
+    /// Returns a bound of a shape's slope in all of space; infinite if unknown. Notes for the settings if its fields lack close
+    /// bounds where its surface may be, in `bounds` or near the origin.
     fn global_slope(&mut self, id: ShapeId, bounds: &Bounds, unit: f64) -> f64 {
-        let is_loose = self.note_loose_bounds(id, bounds, unit);
-        let scene_ref = SceneRef::from(&*self.scene);
-        match bounds.is_finite() && !is_loose {
-            true => self
-                .slopes
-                .found_in_region(scene_ref, self.boxes, id, &Bounds::ALL_SPACE),
-            false => self.slope(id, &Bounds::ALL_SPACE),
-        }
-    }
-
-    /// Reports whether a shape's fields lack close slope bounds where its surface may be, in `bounds` or near the origin.
-    /// Notes it for the settings.
-    fn note_loose_bounds(&mut self, id: ShapeId, bounds: &Bounds, unit: f64) -> bool {
         let scene_ref = SceneRef::from(&*self.scene);
         let region = match bounds.is_finite() {
             true => near_region(bounds),
@@ -409,7 +396,7 @@ impl Lowering<'_> {
             |region| (self.slopes).has_loose_bounds(scene_ref, self.boxes, id, region);
         let is_loose = is_loose(&Bounds::ALL_SPACE) && is_loose(&region);
         self.slopes.meets_loose_bounds |= is_loose;
-        is_loose
+        self.slope(id, &Bounds::ALL_SPACE)
     }
 
     /// Returns a bound of a shape's slope in a region of its frame; infinite if unknown.

@@ -55,21 +55,10 @@ pub(crate) struct ShapeSlopes {
     pub(crate) slope_over_estimate: Option<f64>,
     /// Set if a field has no close slope bound where its surface may be.
     pub(crate) meets_loose_bounds: bool,
-    /// Bounds that the scene states and that are used.
-    statements: Statements,
+    /// Set while bounds that the scene states are used beside those that are not close.
+    uses_statements: bool,
     /// Set by a search without a close bound of a field.
     has_met_loose_bound: bool,
-}
-
-/// Slope bounds of fields that the scene states.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Statements {
-    /// No statement.
-    None,
-    /// Those beside a loose bound that a search has found.
-    BesideFound,
-    /// Those without a close bound beside them.
-    All,
 }
 
 /// Counterexample to a field's declared slope.
@@ -113,7 +102,7 @@ impl ShapeSlopes {
             discontinuous_step: HashMap::new(),
             slope_over_estimate: None,
             meets_loose_bounds: false,
-            statements: Statements::BesideFound,
+            uses_statements: false,
             has_met_loose_bound: false,
         }
     }
@@ -145,17 +134,6 @@ impl ShapeSlopes {
         bound
     }
 
-    /// Returns a bound of the shape's slope within a region without those that the scene states; infinite if unknown.
-    pub(crate) fn found_in_region(
-        &mut self,
-        scene: SceneRef<'_>,
-        boxes: &mut ShapeBounds,
-        id: ShapeId,
-        region: &Bounds,
-    ) -> f64 {
-        self.bound_by(Statements::None, scene, boxes, (id, region))
-    }
-
     /// Returns a bound of the shape's slope within a region by all that the scene states; infinite if unknown.
     pub(crate) fn stated_in_region(
         &mut self,
@@ -164,19 +142,9 @@ impl ShapeSlopes {
         id: ShapeId,
         region: &Bounds,
     ) -> f64 {
-        self.bound_by(Statements::All, scene, boxes, (id, region))
-    }
-
-    fn bound_by(
-        &mut self,
-        statements: Statements,
-        scene: SceneRef<'_>,
-        boxes: &mut ShapeBounds,
-        (id, region): (ShapeId, &Bounds),
-    ) -> f64 {
-        self.statements = statements;
+        self.uses_statements = true;
         let bound = self.bound_in_region(scene, boxes, id, region);
-        self.statements = Statements::BesideFound;
+        self.uses_statements = false;
         bound
     }
 
@@ -335,12 +303,7 @@ impl ShapeSlopes {
                 let found = self.proved_slope(scene.expressions, &[*value], region);
                 let is_close = found.is_some_and(|found| found.is_close);
                 self.has_met_loose_bound |= !is_close;
-                // The choice does not depend on the statement, since light samples a field where its steps end.
-                let is_used = match self.statements {
-                    Statements::None => false,
-                    Statements::BesideFound => found.is_some() && !is_close,
-                    Statements::All => !is_close,
-                };
+                let is_used = self.uses_statements && !is_close;
                 let Some(slope) = slope.filter(|_| is_used) else {
                     return bound;
                 };
