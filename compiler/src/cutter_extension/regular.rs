@@ -25,10 +25,9 @@ impl CutterExtension<'_> {
         if !(cut.size / scale(path)).is_finite() {
             return None;
         }
-        let shapes = self.scene.shapes.len();
         let profile = self.add_polygon(id, &corners);
         self.scene.shapes[profile.0 as usize].is_2d = true;
-        let extended = match parameters.last() {
+        match parameters.last() {
             Some(&half) if op == Op::Prism => {
                 let rows = inverse(&PRISM_TO_EXTRUSION)?;
                 let height = self.bounds(id).max[1];
@@ -60,11 +59,7 @@ impl CutterExtension<'_> {
                 let extended = self.extend_polygon_edges(profile, path, cut);
                 (extended != profile).then_some(extended)
             }
-        };
-        if extended.is_none() {
-            self.scene.shapes.truncate(shapes);
         }
-        extended
     }
 }
 

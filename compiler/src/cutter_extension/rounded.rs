@@ -21,7 +21,6 @@ impl CutterExtension<'_> {
         };
         let mut operands = vec![id];
         for (op, numbers, flat) in sharp_parts(op, &numbers) {
-            let shapes = self.scene.shapes.len();
             let expressions = &mut self.scene.expressions;
             let parameters = numbers.iter().map(|&v| expressions.constant(v)).collect();
             let part = self
@@ -29,9 +28,9 @@ impl CutterExtension<'_> {
                 .derived(id, ShapeKind::Primitive { op, parameters });
             let flats = &op.row().facts.flats[flat..=flat];
             let extended = self.extend_faces_along(part, flats, path, cut);
-            match extended == part {
-                true => self.scene.shapes.truncate(shapes),
-                false => operands.push(extended),
+            // Its bounds stay in the cache, so its place must stay, too.
+            if extended != part {
+                operands.push(extended);
             }
         }
         if operands.len() == 1 {
