@@ -7,9 +7,12 @@
 //! Bounding boxes prove that nothing of the body lies in it, or intervals that other cutters remove it
 //! anyway. The solid stays the same set of points; its field is closer to the distance.
 //!
-//! Walls that are straight at the face keep their profile (`straight`), also within rounded shapes (`rounded`). Sloping
-//! walls are prolonged (`sloping` for solids, `polygon` for polygons, `regular` for those with equal sides). A face that depends on live parameters is moved if the
-//! body's outermost face depends on them in the same way (`live`).
+//! Walls that are straight at the face keep their profile (`straight`), also within rounded shapes (`rounded`).
+//! Sloping walls are prolonged (`sloping` for solids, `polygon` for polygons, `regular` for those with equal
+//! sides). A face that depends on live parameters is moved if the body's outermost face depends on them in the
+//! same way (`live`).
+//!
+//! A shape that was tried in vain stays in the scene, unused: caches hold facts by the places of shapes.
 
 mod convex;
 mod cover;

@@ -117,6 +117,16 @@ impl Expressions {
         }
     }
 
+    /// Returns the operands of a number that an operation computes; `None` for any other number.
+    pub(crate) fn operands_of(&self, id: ExprId, op: Op) -> Option<&[ExprId]> {
+        match self.get(id) {
+            Expression::Apply {
+                op: own, values, ..
+            } if *own == op => Some(values),
+            _ => None,
+        }
+    }
+
     fn insert(&mut self, key: Key, node: impl FnOnce() -> Expression, stage: Stage) -> ExprId {
         if let Some(&id) = self.ids.get(&key) {
             return id;

@@ -102,7 +102,7 @@ pub(crate) fn without_plateau(
             if constants[1] == Some(NO_SURFACE_DISTANCE) {
                 return defined_part(e, condition, b);
             }
-            let &[less, greater] = comparison(e, condition)?.as_slice() else {
+            let &[less, greater] = e.operands_of(condition, Op::Less)? else {
                 return None;
             };
             let is_continuous = is_continuous(e, &[less, greater]);
@@ -197,49 +197,21 @@ fn is_magnitude(e: &Expressions, number: ExprId) -> bool {
 /// Returns the negative of `a` for a field that is a negative root or power of `a` where that is not negative, and
 /// outside elsewhere.
 fn defined_part(e: &mut Expressions, undefined: ExprId, field: ExprId) -> Option<ExprId> {
-    let &[less, _] = comparison(e, undefined)?.as_slice() else {
-        return None;
-    };
-    let Expression::Apply {
-        op: Op::Neg,
-        values,
-        ..
-    } = e.get(field).clone()
-    else {
-        return None;
-    };
-    let mut root = values[0];
+    let less = e.operands_of(undefined, Op::Less)?[0];
+    let negated = e.operands_of(field, Op::Neg)?[0];
+    let mut root = negated;
     while let Expression::Apply { op, values, .. } = e.get(root).clone() {
         match without_plateau(e, op, &values, KeptSet::Positive) {
             Some(inner) if matches!(op, Op::Sqrt | Op::Pow) => root = inner,
             _ => break,
         }
     }
-    (root == less && root != values[0]).then(|| e.call(Op::Neg, &[root]))
-}
-
-/// Returns the operands of a comparison, the lesser first.
-fn comparison(e: &Expressions, condition: ExprId) -> Option<Vec<ExprId>> {
-    match e.get(condition) {
-        Expression::Apply {
-            op: Op::Less,
-            values,
-            ..
-        } => Some(values.clone()),
-        _ => None,
-    }
+    (root == less && root != negated).then(|| e.call(Op::Neg, &[root]))
 }
 
 /// Returns the number whose magnitude this is.
 fn magnitude(e: &Expressions, number: ExprId) -> Option<ExprId> {
-    match e.get(number) {
-        Expression::Apply {
-            op: Op::Abs,
-            values,
-            ..
-        } => Some(values[0]),
-        _ => None,
-    }
+    Some(e.operands_of(number, Op::Abs)?[0])
 }
 
 /// Reports whether numbers have no discontinuities.

@@ -223,7 +223,7 @@ fn stated_slopes_change_no_penumbra() {
 }
 
 /// A stated slope of a field for which no bound is found adds samples on steps. Beside a bound that is found, it is not used.
-/// Whether it is stated, and how large it is, changes no pixel.
+/// Neither the statement nor its size changes a pixel.
 #[test]
 fn loose_statements_change_no_pixel() {
     for (field, slope) in [

@@ -127,7 +127,6 @@ impl CutterExtension<'_> {
                 let Some(new) = with_moved_edge(&points, index, moved, edge.keeps_ends) else {
                     return false;
                 };
-                let shapes = this.scene.shapes.len();
                 let candidate = this.add_polygon(id, &new);
                 let section = |points: [DVec2; 2]| Section {
                     points: points.map(|p| p.extend(0.0)).to_vec(),
@@ -144,9 +143,8 @@ impl CutterExtension<'_> {
                 };
                 let added = edge.bounds(&[edge.ends, moved].concat(), [0.0, distance]);
                 let is_free = this.is_free(&part, &added, path, cut);
-                match is_free {
-                    true => accepted = Some((new, candidate)),
-                    false => this.scene.shapes.truncate(shapes),
+                if is_free {
+                    accepted = Some((new, candidate));
                 }
                 is_free
             });

@@ -1,6 +1,6 @@
 //! Regular polygons and prisms, of which a side ends flush. They become polygons, whose edges can be moved.
 
-use super::{CutContext, CutterExtension, PathStep, scale};
+use super::{CutContext, CutterExtension, PathStep};
 use crate::analysis::bounds::inverse;
 use crate::scene::{ShapeId, ShapeKind};
 use glam::DVec2;
@@ -22,9 +22,6 @@ impl CutterExtension<'_> {
             return None;
         };
         let corners = regular_corners(op, &self.constants(&parameters)?)?;
-        if !(cut.size / scale(path)).is_finite() {
-            return None;
-        }
         let profile = self.add_polygon(id, &corners);
         self.scene.shapes[profile.0 as usize].is_2d = true;
         match parameters.last() {

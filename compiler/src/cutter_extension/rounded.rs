@@ -28,7 +28,6 @@ impl CutterExtension<'_> {
                 .derived(id, ShapeKind::Primitive { op, parameters });
             let flats = &op.row().facts.flats[flat..=flat];
             let extended = self.extend_faces_along(part, flats, path, cut);
-            // Its bounds stay in the cache, so its place must stay, too.
             if extended != part {
                 operands.push(extended);
             }

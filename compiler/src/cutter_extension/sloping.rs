@@ -120,7 +120,6 @@ impl CutterExtension<'_> {
             let mut accepted = None;
             self.largest_fraction(|this, fraction| {
                 let new = solid.extended(upper, max_step * fraction);
-                let shapes = this.scene.shapes.len();
                 let candidate = this.add_solid(id, &new);
                 let part = GrowingPart {
                     id: candidate,
@@ -132,9 +131,8 @@ impl CutterExtension<'_> {
                 };
                 let added = new.between(solid.heights[upper], new.heights[upper]);
                 let is_free = this.is_free(&part, &added, path, cut);
-                match is_free {
-                    true => accepted = Some((new, candidate)),
-                    false => this.scene.shapes.truncate(shapes),
+                if is_free {
+                    accepted = Some((new, candidate));
                 }
                 is_free
             });

@@ -135,14 +135,7 @@ fn one_sided_operation(
 
 /// Returns `a` where a number is `−a`.
 fn negated_operand(expressions: &Expressions, id: ExprId) -> Option<ExprId> {
-    match expressions.get(id) {
-        Expression::Apply {
-            op: Op::Neg,
-            values,
-            ..
-        } => Some(values[0]),
-        _ => None,
-    }
+    Some(expressions.operands_of(id, Op::Neg)?[0])
 }
 
 /// Returns the discontinuities of a number, or `None` where the surface of one is unknown. An operation
