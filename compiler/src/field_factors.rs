@@ -8,8 +8,8 @@ use crate::analysis::definedness::parts_by_definedness;
 use crate::analysis::param_ranges::ParamRanges;
 use crate::elaborate::field_without_inside;
 use crate::expression::{ExprId, Expression, Expressions, Stage};
-use crate::odd_functions::without_odd_functions;
 use crate::scene::{NO_SURFACE_DISTANCE, Scene, SceneRef, ShapeId, ShapeKind, children};
+use crate::sublevel::field_with_same_sign;
 use crate::uniforms::postorder;
 use sdfc_lang::Diagnostic;
 use sdfc_vm::table::Op;
@@ -37,7 +37,7 @@ pub(crate) fn remove_factors(scene: &mut Scene, root: ShapeId) -> Vec<Diagnostic
             && by_sign
             && !by_value
         {
-            let field = without_odd_functions(&mut scene.expressions, *value);
+            let field = field_with_same_sign(&mut scene.expressions, *value, &ranges);
             if field != *value {
                 (*value, *slope) = (field, None);
             }

@@ -32,6 +32,10 @@ pub(crate) trait BoxValue: Apply {
     fn coordinate(axis: usize, range: Interval) -> Self;
     /// Returns the range of values.
     fn range(&self) -> Interval;
+    /// Returns a number whose range contains zero, too.
+    fn with_zero(self) -> Self {
+        self
+    }
     /// Narrows the result of a step by the relative gradients of earlier steps, and returns its own.
     fn refined(
         &mut self,
@@ -57,6 +61,9 @@ impl BoxValue for Interval {
     }
     fn range(&self) -> Interval {
         *self
+    }
+    fn with_zero(self) -> Self {
+        self.hull(Self::point(0.0))
     }
 }
 
@@ -416,6 +423,14 @@ impl<R: BoxValue> BoxStep<R> {
                     *slot = previous[index];
                 }
                 match apply(*op, R::Vec3::new(x, y, z), operands, parameters) {
+                    OpResult::Value(power) if *op == Op::Pow => {
+                        let [base, exponent] = [operands[0], operands[1]].map(|it| it.range());
+                        // Powers of zero are rounded up.
+                        match base.lo <= 0.0 && exponent.lo > 0.0 {
+                            true => power.with_zero(),
+                            false => power,
+                        }
+                    }
                     OpResult::Value(value) => value,
                     OpResult::Point(_) => everywhere,
                 }

@@ -10,6 +10,7 @@
 
 use crate::analysis::box_eval::{BoxNumber, UniformInput};
 use crate::analysis::param_ranges::ParamRanges;
+use crate::analysis::pieces::PieceSearch;
 use crate::expression::{ExprId, Expression, Expressions, Stage};
 use crate::scene::NO_SURFACE_DISTANCE;
 use crate::symbolic::simplified;
@@ -21,7 +22,7 @@ use sdfc_vm::table::Op;
 use std::collections::{HashMap, HashSet};
 
 /// Maximum share of the magnitude of its terms that counts as the rounding of a sum: 17 roundings in `f32`.
-const ROUNDING_SHARE: f64 = 1e-6;
+pub(crate) const ROUNDING_SHARE: f64 = 1e-6;
 /// Maximum share of its upper end by which a range extends below zero for its rounding alone.
 const INTERVAL_ROUNDING: f64 = 1e-12;
 /// Maximum depth of the sums whose terms count one by one.
@@ -87,10 +88,8 @@ struct NumberFacts {
     range: Interval,
     /// Set if it is proved not to be negative, rounding included.
     is_not_negative: bool,
-    /// Set if it varies, and may yet be constant in a part of space. Pieces that cancel are not found.
-    has_constant_pieces: bool,
-    /// Set if it depends on no point.
-    is_uniform: bool,
+    /// Set if it varies, and may yet be zero in a part of space.
+    has_zero_pieces: bool,
     /// Condition that it is not defined.
     undefined: Option<ExprId>,
 }
@@ -99,7 +98,7 @@ impl NumberFacts {
     /// Reports whether a number that is no live parameter may be zero in a part of space.
     fn may_vanish(&self) -> bool {
         let contains_zero = self.range.lo <= 0.0 && self.range.hi >= 0.0;
-        contains_zero && (self.has_constant_pieces || self.range.lo == self.range.hi)
+        contains_zero && (self.has_zero_pieces || self.range.lo == self.range.hi)
     }
 }
 
@@ -108,6 +107,7 @@ struct UndefinedSearch<'a> {
     order: Vec<ExprId>,
     facts: Vec<NumberFacts>,
     ranges: Vec<Interval>,
+    pieces: PieceSearch,
     /// Numbers that must not be negative, by the condition that they are.
     must_not_be_negative: HashMap<ExprId, ExprId>,
 }
@@ -135,6 +135,7 @@ impl<'a> UndefinedSearch<'a> {
             facts: Vec::with_capacity(order.len()),
             order,
             ranges,
+            pieces: PieceSearch::default(),
             must_not_be_negative: HashMap::new(),
         })
     }
@@ -163,8 +164,7 @@ impl<'a> UndefinedSearch<'a> {
         let leaf = NumberFacts {
             range,
             is_not_negative: range.lo >= -rounding,
-            has_constant_pieces: false,
-            is_uniform,
+            has_zero_pieces: !is_uniform && self.pieces.of(self.expressions, id).may_contain(0.0),
             undefined: None,
         };
         let Expression::Apply {
@@ -191,7 +191,6 @@ impl<'a> UndefinedSearch<'a> {
         };
         NumberFacts {
             is_not_negative: leaf.is_not_negative || self.is_not_negative(op, &values),
-            has_constant_pieces: !is_uniform && has_constant_pieces(op, &operands),
             undefined,
             ..leaf
         }
@@ -466,21 +465,4 @@ fn is_sum(expressions: &Expressions, id: ExprId) -> bool {
             ..
         }
     )
-}
-
-/// Reports whether a number that varies may be constant in a part of space.
-fn has_constant_pieces(op: Op, operands: &[NumberFacts]) -> bool {
-    let is_constant = |facts: &NumberFacts| facts.is_uniform || facts.has_constant_pieces;
-    match op {
-        Op::Floor | Op::Ceil | Op::Round | Op::Trunc | Op::Sign | Op::Step | Op::Smoothstep => true,
-        Op::Less | Op::And | Op::Or | Op::Not => true,
-        Op::Min | Op::Max | Op::Union | Op::Intersection | Op::Clamp => {
-            operands.iter().any(is_constant)
-        }
-        Op::Select => operands[1..].iter().any(is_constant),
-        Op::Mul => operands.iter().any(|facts| {
-            facts.has_constant_pieces && facts.may_vanish() || operands.iter().all(is_constant)
-        }),
-        _ => operands.iter().all(is_constant),
-    }
 }

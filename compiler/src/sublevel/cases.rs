@@ -1,0 +1,94 @@
+//! Sets of numbers by cases: an operand that has a plateau is replaced by each of its branches.
+
+use super::{Level, Sublevels};
+use crate::expression::{ExprId, Expression};
+use crate::sublevel::set::Set;
+use crate::uniforms::postorder;
+use sdfc_vm::table::Op;
+use std::collections::HashMap;
+
+/// Operand that is one of two numbers.
+struct Branches {
+    operand: ExprId,
+    /// Set if the operand is the first branch where it is below the second one.
+    is_minimum: bool,
+    branches: [ExprId; 2],
+}
+
+impl Sublevels<'_> {
+    /// Returns the set of a number with plateaus, by the branches of a minimum or maximum with a constant in it.
+    pub(super) fn in_cases(&mut self, number: ExprId, level: Level, depth: u32) -> Option<Set> {
+        let Branches {
+            operand,
+            is_minimum,
+            branches,
+        } = self.branches_in(number)?;
+        let sets = branches.map(|branch| {
+            let number = self.with_replaced(number, operand, branch);
+            self.below(number, level, depth)
+        });
+        let [smaller, larger] = if is_minimum {
+            branches
+        } else {
+            [branches[1], branches[0]]
+        };
+        if let [Set::Field(a), Set::Field(b)] = sets {
+            let condition = self.e.call(Op::Less, &[smaller, larger]);
+            return Some(Set::Field(self.e.call(Op::Select, &[condition, a, b])));
+        }
+        let is_first = self.less(smaller, larger, depth);
+        Some(self.in_parts(is_first, sets))
+    }
+
+    /// Returns the first operand of a number that is the lesser or the greater of a number and a constant.
+    fn branches_in(&mut self, number: ExprId) -> Option<Branches> {
+        postorder(self.e, number, |_| false)
+            .into_iter()
+            .find_map(|id| {
+                let Expression::Apply { op, values, .. } = self.e.get(id).clone() else {
+                    return None;
+                };
+                let is_constant = |&id: &ExprId| self.e.as_constant(id).is_some();
+                match (op, values.as_slice()) {
+                    (Op::Min | Op::Max, &[a, b]) if values.iter().any(is_constant) => {
+                        Some(Branches {
+                            operand: id,
+                            is_minimum: op == Op::Min,
+                            branches: [a, b],
+                        })
+                    }
+                    (Op::Clamp, &[a, low, high]) => Some(Branches {
+                        operand: id,
+                        is_minimum: true,
+                        branches: [self.e.call(Op::Max, &[a, low]), high],
+                    }),
+                    _ => None,
+                }
+            })
+    }
+
+    /// Returns a number in which an operand is replaced by another one.
+    fn with_replaced(&mut self, number: ExprId, operand: ExprId, by: ExprId) -> ExprId {
+        let mut replaced = HashMap::from([(operand, by)]);
+        for id in postorder(self.e, number, |id| id == operand) {
+            let Expression::Apply {
+                op,
+                point,
+                values,
+                parameters,
+            } = self.e.get(id).clone()
+            else {
+                continue;
+            };
+            let new = |id: &ExprId| replaced.get(id).copied().unwrap_or(*id);
+            let point = point.map(|point| point.map(|id| new(&id)));
+            let [values, parameters] = [values, parameters]
+                .map(|numbers| numbers.iter().map(new).collect::<Vec<ExprId>>());
+            let changed = self.e.apply(op, point, &values, &parameters);
+            if changed != id {
+                replaced.insert(id, changed);
+            }
+        }
+        replaced.get(&number).copied().unwrap_or(number)
+    }
+}
