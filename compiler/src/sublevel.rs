@@ -8,8 +8,8 @@
 //!   So have products, sums and compositions of such numbers.
 //! - `-sqrt(g)` is infinitely steep at its surface, and not defined beyond it.
 //!
-//! Sets are built along the operations of a field. The set of a maximum is the intersection of two sets, that of a
-//! product with a factor that is never negative is an intersection, too. Sets count up to parts without thickness.
+//! Sets are built along the operations of a field. The set of a maximum is the intersection of two sets. So is that of
+//! a product with a factor that is never negative. Sets count up to parts without thickness.
 //!
 //! `atan(1 / x)` jumps at the pole of `1 / x`, and a jump is a surface. So saturating functions of a field that may
 //! have poles are kept.
@@ -31,7 +31,7 @@ use crate::analysis::pieces::PieceSearch;
 use crate::expression::{ExprId, Expression, Expressions, Stage};
 use crate::scene::NO_SURFACE_DISTANCE;
 use crate::uniforms::postorder;
-use samples::Samples;
+use samples::SampledValues;
 use sdfc_vm::bounds::Bounds;
 use sdfc_vm::interval::Interval;
 use sdfc_vm::table::Op;
@@ -49,6 +49,9 @@ pub(crate) fn field_with_same_sign(
     field: ExprId,
     ranges: &ParamRanges,
 ) -> ExprId {
+    if e.stage(field) <= Stage::Uniform {
+        return field;
+    }
     let parts = parts_by_definedness(e, field);
     let defined = parts.map_or(field, |[_, defined]| defined);
     let mut sublevels = Sublevels {
@@ -56,7 +59,7 @@ pub(crate) fn field_with_same_sign(
         pieces: PieceSearch::default(),
         param_ranges: ranges,
         ranges: HashMap::new(),
-        samples: Samples::new(ranges),
+        samples: SampledValues::new(ranges),
         known: HashMap::new(),
     };
     let set = sublevels.below(defined, Level::ZERO, MAX_DEPTH);
@@ -129,7 +132,7 @@ struct Sublevels<'a> {
     pieces: PieceSearch,
     param_ranges: &'a ParamRanges,
     ranges: HashMap<ExprId, Interval>,
-    samples: Samples<'a>,
+    samples: SampledValues<'a>,
     known: HashMap<(ExprId, u64, bool), Set>,
 }
 
@@ -207,12 +210,12 @@ impl Sublevels<'_> {
     }
 
     fn built(&mut self, number: ExprId, level: Level, depth: u32) -> Set {
+        if self.e.stage(number) <= Stage::Uniform {
+            return self.of_uniform(number, level);
+        }
         let Expression::Apply { op, values, .. } = self.e.get(number).clone() else {
             return Set::Field(self.shifted(number, level));
         };
-        if self.e.stage(number) <= Stage::Uniform {
-            return Set::Field(self.shifted(number, level));
-        }
         let has_plateau = self.has_plateau(number, level);
         let set = match level.value == 0.0 {
             true => self.by_sign(number, op, &values, level, depth),
@@ -225,26 +228,32 @@ impl Sublevels<'_> {
             return Set::Field(self.shifted(number, level));
         }
         let set = self.by_value(number, op, &values, level, depth);
-        let set = set.or_else(|| self.of_integers(number, level, depth));
         let set = set.or_else(|| self.in_cases(number, level, depth));
         set.unwrap_or_else(|| self.by_selection(number, level))
+    }
+
+    /// Returns the set of a number that depends on no point: all of space, or no point.
+    fn of_uniform(&mut self, number: ExprId, level: Level) -> Set {
+        let limit = self.e.constant(level.value);
+        let condition = match level.is_included {
+            false => self.e.call(Op::Less, &[number, limit]),
+            true => {
+                let is_above = self.e.call(Op::Less, &[limit, number]);
+                self.e.call(Op::Not, &[is_above])
+            }
+        };
+        let [inside, outside] =
+            [-NO_SURFACE_DISTANCE, NO_SURFACE_DISTANCE].map(|distance| self.e.constant(distance));
+        Set::Field(self.e.call(Op::Select, &[condition, inside, outside]))
     }
 
     /// Reports whether a number may have the value of a level in a part of space.
     fn has_plateau(&mut self, number: ExprId, level: Level) -> bool {
         let pieces = self.pieces.of(self.e, number);
         let is_rounded = pieces.are_all_unknown();
-        pieces.may_contain(level.value)
-            && self.range(number).contains(level.value)
-            && (is_rounded || self.samples.contain(self.e, number, level.value))
-    }
-
-    /// Returns the set of a number, or of its negative.
-    fn below_signed(&mut self, number: ExprId, is_negated: bool, level: Level, depth: u32) -> Set {
-        match is_negated {
-            true => self.not_below(number, level.of_rest(), depth),
-            false => self.below(number, level, depth),
-        }
+        self.e.stage(number) > Stage::Uniform
+            && self.pieces.are_possible(self.e, number)
+            && (is_rounded || self.samples.show_plateau(self.e, number, level.value))
     }
 
     /// Returns the union of sets for a minimum, and their intersection for a maximum.

@@ -1,6 +1,5 @@
 //! Plateaus of numbers: values that a number that varies may have in a part of space.
 
-use crate::analysis::terms::folded_sum;
 use crate::expression::{ExprId, Expression, Expressions, Stage};
 use crate::uniforms::postorder;
 use sdfc_vm::table::Op;
@@ -9,8 +8,7 @@ use std::collections::HashMap;
 /// Maximum number of values of plateaus that are counted one by one.
 const MAX_VALUES: usize = 16;
 
-/// Values that a number may have in a part of space. Plateaus of sums whose terms cancel are not found, but for a
-/// number and its magnitude.
+/// Values that a number may have in a part of space. Plateaus of sums whose terms cancel are not found.
 #[derive(Clone, Debug)]
 pub(crate) struct Pieces {
     /// Values, without repetitions; `None` for unknown or too many ones.
@@ -85,6 +83,8 @@ impl Pieces {
 #[derive(Debug, Default)]
 pub(crate) struct PieceSearch {
     known: HashMap<ExprId, Pieces>,
+    /// Numbers that are taken apart, and whether they may have plateaus.
+    possible: HashMap<ExprId, bool>,
 }
 
 impl PieceSearch {
@@ -99,6 +99,32 @@ impl PieceSearch {
             }
         }
         &self.known[&number]
+    }
+
+    /// Reports whether a number has operands that may have plateaus.
+    pub(crate) fn are_possible(&mut self, e: &Expressions, number: ExprId) -> bool {
+        let mut pending = vec![number];
+        let mut order = Vec::new();
+        while let Some(id) = pending.pop() {
+            if self.possible.contains_key(&id) {
+                continue;
+            }
+            self.possible.insert(id, false);
+            order.push(id);
+            if let Expression::Apply { point, values, .. } = e.get(id) {
+                pending.extend(point.iter().flatten().chain(values));
+            }
+        }
+        order.sort_unstable();
+        for id in order {
+            let Expression::Apply { op, point, values, .. } = e.get(id) else {
+                continue;
+            };
+            let mut operands = point.iter().flatten().chain(values);
+            let is_possible = makes_plateaus(*op) || operands.any(|id| self.possible[id]);
+            self.possible.insert(id, is_possible);
+        }
+        self.possible[&number]
     }
 
     fn search(&self, e: &mut Expressions, id: ExprId) -> Pieces {
@@ -146,13 +172,6 @@ impl PieceSearch {
                 let zero = Pieces::of_values(&[0.0], false);
                 united(&[&zero, &results(e, op, &operands)], are_all)
             }
-            Op::Add | Op::Sub => match folded_sum(e, id) {
-                Some(sum) => {
-                    let plateau = Pieces::of_values(&[sum.constant], false);
-                    united(&[&plateau, &results(e, op, &operands)], are_all)
-                }
-                None => results(e, op, &operands),
-            },
             _ if parameters.is_empty() => results(e, op, &operands),
             _ => {
                 match operands.iter().all(|pieces| pieces.may_have_any()) && !operands.is_empty() {
@@ -165,6 +184,29 @@ impl PieceSearch {
             }
         }
     }
+}
+
+/// Reports whether an operation may have plateaus where its operands have none.
+fn makes_plateaus(op: Op) -> bool {
+    matches!(
+        op,
+        Op::Min
+            | Op::Max
+            | Op::Clamp
+            | Op::Abs
+            | Op::Floor
+            | Op::Ceil
+            | Op::Round
+            | Op::Trunc
+            | Op::Sign
+            | Op::Step
+            | Op::Smoothstep
+            | Op::Select
+            | Op::Less
+            | Op::And
+            | Op::Or
+            | Op::Not
+    )
 }
 
 /// Returns the plateaus of a number that has the value of one operand everywhere.

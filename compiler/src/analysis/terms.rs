@@ -1,103 +1,130 @@
-//! Terms of sums, and sums of a number and its magnitude.
+//! Sums of multiples of numbers, in which equal terms are merged.
 
 use crate::expression::{ExprId, Expression, Expressions};
 use sdfc_vm::table::Op;
 
 /// Maximum number of terms of a sum.
 const MAX_TERMS: usize = 32;
+/// Rounding of a constant, relative to what it is computed from.
+const ROUNDING: f64 = 1e-13;
 
-/// Term of a sum.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+/// Term of a sum: the multiple of a number.
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Term {
     pub(crate) number: ExprId,
-    /// Set if the sum subtracts it.
-    pub(crate) is_negated: bool,
+    pub(crate) factor: f64,
 }
 
-/// Sum that is taken apart.
-#[derive(Clone, Debug)]
+/// Sum of terms and a constant.
+#[derive(Clone, Debug, Default)]
 pub(crate) struct Sum {
-    /// Terms that are not constant, in the order of the text.
+    /// Terms of different numbers that are not constant, in the order of the text.
     pub(crate) terms: Vec<Term>,
     pub(crate) constant: f64,
 }
 
-/// Takes apart a sum. `None` for too many terms.
-pub(crate) fn sum_of(e: &Expressions, sum: ExprId) -> Option<Sum> {
-    let mut terms = Vec::new();
-    let mut constant = 0.0;
-    let mut pending = vec![Term {
-        number: sum,
-        is_negated: false,
-    }];
-    while let Some(term) = pending.pop() {
-        if let Some(value) = e.as_constant(term.number) {
-            constant += if term.is_negated { -value } else { value };
-            continue;
-        }
-        let operand = |number, is_negated| Term { number, is_negated };
-        let (op, values) = match e.get(term.number) {
-            Expression::Apply { op, values, .. } => (Some(*op), values.as_slice()),
-            _ => (None, &[][..]),
-        };
-        match (op, values) {
-            (Some(Op::Add | Op::Sub), &[a, b]) => {
-                let is_difference = op == Some(Op::Sub);
-                pending.push(operand(b, term.is_negated ^ is_difference));
-                pending.push(operand(a, term.is_negated));
+impl Sum {
+    /// Takes apart a sum. `None` for too many terms.
+    pub(crate) fn of(e: &Expressions, number: ExprId) -> Option<Self> {
+        let mut sum = Self::default();
+        sum.add(e, Term { number, factor: 1.0 })?;
+        Some(sum)
+    }
+
+    /// Returns the sum with a term replaced by the same multiple of another number. `None` for too many terms.
+    pub(crate) fn with_replaced(&self, e: &Expressions, index: usize, by: ExprId) -> Option<Self> {
+        let mut sum = self.without(index);
+        let factor = self.terms[index].factor;
+        sum.add(e, Term { number: by, factor })?;
+        Some(sum)
+    }
+
+    /// Returns the sum without a term.
+    pub(crate) fn without(&self, index: usize) -> Self {
+        let mut sum = self.clone();
+        sum.terms.remove(index);
+        sum
+    }
+
+    fn add(&mut self, e: &Expressions, term: Term) -> Option<()> {
+        let mut pending = vec![term];
+        while let Some(Term { number, factor }) = pending.pop() {
+            if let Some(value) = e.as_constant(number) {
+                self.constant = difference(self.constant, -factor * value);
+                continue;
             }
-            (Some(Op::Neg), &[a]) => pending.push(operand(a, !term.is_negated)),
-            _ => terms.push(term),
+            let multiple = |number, times: f64| Term {
+                number,
+                factor: factor * times,
+            };
+            let (op, values) = match e.get(number) {
+                Expression::Apply { op, values, .. } => (Some(*op), values.as_slice()),
+                _ => (None, &[][..]),
+            };
+            match (op, values) {
+                (Some(Op::Add), &[a, b]) => pending.extend([multiple(b, 1.0), multiple(a, 1.0)]),
+                (Some(Op::Sub), &[a, b]) => pending.extend([multiple(b, -1.0), multiple(a, 1.0)]),
+                (Some(Op::Neg), &[a]) => pending.push(multiple(a, -1.0)),
+                (Some(Op::Mul), &[a, b]) if let Some(times) = e.as_constant(a) => {
+                    pending.push(multiple(b, times));
+                }
+                (Some(Op::Mul), &[a, b]) if let Some(times) = e.as_constant(b) => {
+                    pending.push(multiple(a, times));
+                }
+                (Some(Op::Div), &[a, b]) if let Some(divisor) = e.as_constant(b) => {
+                    pending.push(multiple(a, 1.0 / divisor));
+                }
+                _ => self.merge(Term { number, factor }),
+            }
+            if self.terms.len() + pending.len() > MAX_TERMS {
+                return None;
+            }
         }
-        if terms.len() + pending.len() > MAX_TERMS {
-            return None;
+        Some(())
+    }
+
+    fn merge(&mut self, term: Term) {
+        let known = self.terms.iter().position(|it| it.number == term.number);
+        let Some(index) = known else {
+            self.terms.push(term);
+            return;
+        };
+        let factor = difference(self.terms[index].factor, -term.factor);
+        match factor == 0.0 {
+            true => _ = self.terms.remove(index),
+            false => self.terms[index].factor = factor,
         }
     }
-    Some(Sum { terms, constant })
-}
 
-/// Sum of a number, its magnitude and a constant: twice a minimum or maximum with zero, plus that constant.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct FoldedSum {
-    /// Operation that compares the number with zero.
-    pub(crate) op: Op,
-    /// Number, or its negative.
-    pub(crate) number: Term,
-    pub(crate) constant: f64,
-}
-
-/// Returns a sum of a number and its magnitude, in whatever order its terms are written.
-pub(crate) fn folded_sum(e: &Expressions, sum: ExprId) -> Option<FoldedSum> {
-    let Sum { terms, constant } = sum_of(e, sum)?;
-    (0..terms.len()).find_map(|index| {
-        let number = e.operands_of(terms[index].number, Op::Abs)?[0];
-        let inner = sum_of(e, number)?;
-        if inner.terms.len() + 1 != terms.len() {
-            return None;
+    /// Returns the sum as a number.
+    pub(crate) fn build(&self, e: &mut Expressions) -> ExprId {
+        let mut sum = None;
+        for &Term { number, factor } in &self.terms {
+            let (op, term) = match (sum, factor.abs() == 1.0) {
+                (Some(_), true) if factor < 0.0 => (Op::Sub, number),
+                (None, true) if factor < 0.0 => (Op::Add, e.call(Op::Neg, &[number])),
+                (_, true) => (Op::Add, number),
+                (_, false) => {
+                    let factor = e.constant(factor);
+                    (Op::Add, e.call(Op::Mul, &[number, factor]))
+                }
+            };
+            sum = Some(sum.map_or(term, |sum| e.call(op, &[sum, term])));
         }
-        let mut others = terms.clone();
-        let magnitude = others.remove(index);
-        others.sort_unstable();
-        [false, true].into_iter().find_map(|is_negated| {
-            let sign = if is_negated { -1.0 } else { 1.0 };
-            let mut wanted: Vec<Term> = inner
-                .terms
-                .iter()
-                .map(|term| Term {
-                    number: term.number,
-                    is_negated: term.is_negated ^ is_negated,
-                })
-                .collect();
-            wanted.sort_unstable();
-            (wanted == others).then_some(FoldedSum {
-                op: if magnitude.is_negated {
-                    Op::Min
-                } else {
-                    Op::Max
-                },
-                number: Term { number, is_negated },
-                constant: constant - sign * inner.constant,
-            })
-        })
-    })
+        let constant = e.constant(self.constant);
+        match sum {
+            Some(sum) if self.constant == 0.0 => sum,
+            Some(sum) => e.call(Op::Add, &[sum, constant]),
+            None => constant,
+        }
+    }
+}
+
+/// Returns the difference of two constants, or zero where it is rounding.
+pub(crate) fn difference(a: f64, b: f64) -> f64 {
+    let difference = a - b;
+    match difference.abs() <= ROUNDING * a.abs().max(b.abs()) {
+        true => 0.0,
+        false => difference,
+    }
 }

@@ -3,9 +3,10 @@
 use super::integer_sum::{below_rounded, is_integer};
 use super::{Level, Set, Sublevels};
 use crate::analysis::definedness::ROUNDING_SHARE;
-use crate::analysis::terms::{Sum, folded_sum, sum_of};
+use crate::analysis::terms::{Sum, Term};
 use crate::expression::ExprId;
 use crate::scene::NO_SURFACE_DISTANCE;
+use crate::symbolic::simplified;
 use sdfc_vm::table::Op;
 
 impl Sublevels<'_> {
@@ -21,7 +22,6 @@ impl Sublevels<'_> {
         let c = level.value;
         let is_included = level.is_included;
         match (op, values) {
-            (Op::Neg, &[a]) => Some(self.not_below(a, level.of_rest(), depth)),
             (Op::Min | Op::Max, &[a, b]) => {
                 let sets = [a, b].map(|operand| self.below(operand, level, depth));
                 Some(self.combined(op, sets))
@@ -58,42 +58,19 @@ impl Sublevels<'_> {
             (Op::Abs, &[a]) => self.below_magnitude(a, level, depth),
             (Op::Square, &[a]) if c >= 0.0 => self.below_magnitude(a, level.at(c.sqrt()), depth),
             (Op::Sqrt, &[a]) if c >= 0.0 => Some(self.below(a, level.at(c * c), depth)),
-            (Op::Add | Op::Sub, &[a, b]) => match folded_sum(self.e, number) {
-                Some(sum) => Some(self.of_folded_sum(sum, level, depth)),
-                None => self.of_sum(op, a, b, level, depth),
-            },
+            (Op::Floor | Op::Ceil | Op::Round, _) => {
+                let sum = Sum::of(self.e, number)?;
+                self.of_integers(&sum, level, depth)
+            }
+            (Op::Add | Op::Sub | Op::Neg, _) => self.of_sum(number, level, depth),
             (Op::Mix, &[a, b, switch]) if self.pieces.of(self.e, switch).is_switch() => {
                 let on = self.not_below(switch, Level::excluding(1.0), depth);
                 let sets = [b, a].map(|branch| self.below(branch, level, depth));
                 Some(self.in_parts(on, sets))
             }
             (Op::Exp, &[a]) if c > 0.0 => Some(self.below(a, level.at(c.ln()), depth)),
-            (Op::Mul | Op::Div, &[a, b]) => {
-                let (number, factor) = match (self.e.as_constant(a), self.e.as_constant(b)) {
-                    (Some(factor), _) if op == Op::Mul => (b, factor),
-                    (_, Some(factor)) if op == Op::Mul => (a, factor),
-                    (_, Some(divisor)) => (a, 1.0 / divisor),
-                    _ => return None,
-                };
-                self.of_multiple(number, factor, level, depth)
-            }
+            (Op::Mul | Op::Div, _) => self.of_sum(number, level, depth),
             _ => None,
-        }
-    }
-
-    /// Returns the set at which the multiple of a number lies below a level.
-    pub(super) fn of_multiple(
-        &mut self,
-        number: ExprId,
-        factor: f64,
-        level: Level,
-        depth: u32,
-    ) -> Option<Set> {
-        let end = level.value / factor;
-        match end.is_finite() && factor.is_finite() {
-            false => None,
-            true if factor > 0.0 => Some(self.below(number, level.at(end), depth)),
-            true => Some(self.not_below(number, level.of_rest().at(end), depth)),
         }
     }
 
@@ -144,13 +121,16 @@ impl Sublevels<'_> {
 
     /// Returns the rounding of a sum that is not one of integers.
     pub(super) fn rounding(&mut self, sum: ExprId) -> Option<ExprId> {
-        let Sum { terms, constant } = sum_of(self.e, sum)?;
-        if constant.fract() == 0.0 && terms.iter().all(|term| is_integer(self.e, term.number)) {
+        let Sum { terms, constant } = Sum::of(self.e, sum)?;
+        let is_integer = |term: &Term| term.factor.fract() == 0.0 && is_integer(self.e, term.number);
+        if constant.fract() == 0.0 && terms.iter().all(is_integer) {
             return None;
         }
         let mut magnitude = self.e.constant(constant.abs());
-        for term in terms {
-            let term = self.e.call(Op::Abs, &[term.number]);
+        for Term { number, factor } in terms {
+            let factor = self.e.constant(factor);
+            let term = simplified(self.e, Op::Mul, &[number, factor]);
+            let term = self.e.call(Op::Abs, &[term]);
             magnitude = self.e.call(Op::Add, &[magnitude, term]);
         }
         let share = self.e.constant(ROUNDING_SHARE);

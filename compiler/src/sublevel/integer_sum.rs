@@ -1,9 +1,10 @@
 //! Sets of sums of rounded numbers, such as `floor(a) + floor(b) + 1`.
 
 use super::{Level, Sublevels};
-use crate::analysis::terms::{Sum, Term, sum_of};
+use crate::analysis::terms::{Sum, Term, difference};
 use crate::expression::{ExprId, Expression, Expressions};
 use crate::sublevel::set::Set;
+use crate::symbolic::simplified;
 use sdfc_vm::table::Op;
 
 /// Maximum number of operands of an integer that are searched.
@@ -11,37 +12,33 @@ const MAX_OPERANDS: usize = 64;
 
 impl Sublevels<'_> {
     /// Returns the set of a sum of integers and a constant: one of its terms is no longer rounded.
-    pub(super) fn of_integers(&mut self, number: ExprId, level: Level, depth: u32) -> Option<Set> {
-        let Sum {
-            mut terms,
-            constant,
-        } = sum_of(self.e, number)?;
-        let is_rounded = |term: &Term| self.rounded(term.number).is_some();
-        let index = terms.iter().position(is_rounded)?;
-        let term = terms.swap_remove(index);
-        if !terms.iter().all(|term| is_integer(self.e, term.number)) {
+    pub(super) fn of_integers(&mut self, sum: &Sum, level: Level, depth: u32) -> Option<Set> {
+        let is_rounded =
+            |term: &Term| term.factor.abs() == 1.0 && self.rounded(term.number).is_some();
+        let index = sum.terms.iter().position(is_rounded)?;
+        let Term { number, factor } = sum.terms[index];
+        let mut rest = sum.without(index);
+        let are_integers = |term: &Term| term.factor.fract() == 0.0 && is_integer(self.e, term.number);
+        if !rest.terms.iter().all(are_integers) {
             return None;
         }
-        let (op, operand) = self.rounded(term.number)?;
-        // With a rounded number `r`, integers `n` and a limit `c`, this is `r + n < c` or `r > n - c`.
-        let limit = level.value - constant;
+        let (op, operand) = self.rounded(number)?;
         if op == Op::Round && self.pieces.of(self.e, operand).may_have_any() {
             return None;
         }
-        let level = match term.is_negated {
-            false => level.at(limit),
-            true => level.at(limit).of_rest(),
+        // With a rounded number `r`, integers `n` and a limit `c`, this is `r + n < c`, or `r - n > -c`.
+        let level = level.at(difference(level.value, rest.constant));
+        rest.constant = 0.0;
+        let level = match factor > 0.0 {
+            true => below_rounded(op, level),
+            false => below_rounded(op, level.of_rest()),
         };
-        let level = below_rounded(op, level);
-        let mut difference = operand;
-        for other in terms {
-            let is_added = other.is_negated == term.is_negated;
-            let op = if is_added { Op::Add } else { Op::Sub };
-            difference = self.e.call(op, &[difference, other.number]);
-        }
-        Some(match term.is_negated {
-            false => self.below(difference, level, depth),
-            true => self.not_below(difference, level, depth),
+        let rest = rest.build(self.e);
+        let sum = if factor > 0.0 { Op::Add } else { Op::Sub };
+        let number = simplified(self.e, sum, &[operand, rest]);
+        Some(match factor > 0.0 {
+            true => self.below(number, level, depth),
+            false => self.not_below(number, level, depth),
         })
     }
 
@@ -60,10 +57,15 @@ impl Sublevels<'_> {
 
 /// Returns the level below which a number lies where the rounded number lies below a level.
 pub(super) fn below_rounded(op: Op, level: Level) -> Level {
+    let nearest = level.value.round();
+    let value = match difference(level.value, nearest) == 0.0 {
+        true => nearest,
+        false => level.value,
+    };
     // The least integer that is not below the level.
     let end = match level.is_included {
-        true => level.value.floor() + 1.0,
-        false => level.value.ceil(),
+        true => value.floor() + 1.0,
+        false => value.ceil(),
     };
     match op {
         Op::Floor => Level::excluding(end),

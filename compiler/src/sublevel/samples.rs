@@ -1,60 +1,72 @@
 //! Values of numbers at sampled points, which show the plateaus that they have.
 //!
-//! A plateau that begins where another one ends has no thickness: the distance to a box is a length that is zero
-//! within it, and a number that is zero outside of it. Their sum is zero on its surface alone.
+//! Two plateaus may share no part of space. The distance to a box is a length that is zero within it, plus a number that
+//! is zero outside of it. The sum is zero on its surface alone.
 
 use crate::analysis::param_ranges::ParamRanges;
-use crate::analysis::terms::sum_of;
+use crate::analysis::terms::{Sum, Term};
 use crate::expression::{ExprId, Expression, Expressions};
 use crate::uniforms::postorder;
 use sdfc_vm::apply::{OpResult, apply, pack_parameters};
 use sdfc_vm::table::Op;
 use sdfc_vm::vector::V3;
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 /// Maximum number of points.
-const MAX_COUNT: usize = 1024;
+const MAX_COUNT: usize = 256;
 /// Minimum number of points, in fields of many operations.
 const MIN_COUNT: usize = 64;
 /// Number of values of all operations of a field, above which points are left out.
 const MAX_VALUES: usize = 4_000_000;
+/// Minimum number of points at which a live number has one value on a plateau.
+const MIN_REPETITIONS: usize = 3;
 /// Decimal exponents of the least and the largest coordinate.
 const EXPONENTS: [f64; 2] = [-2.0, 3.0];
-/// Maximum rounding of a sum, as a share of the magnitudes of its terms.
+/// Maximum rounding of a sum, relative to the sum of the magnitudes of its terms.
 const TOLERANCE: f64 = 1e-14;
 
 /// Values at the sampled points, by number.
-pub(super) struct Samples<'a> {
+pub(super) struct SampledValues<'a> {
     ranges: &'a ParamRanges,
     points: Vec<[f64; 3]>,
     values: HashMap<ExprId, Vec<f64>>,
+    /// Numbers that depend on live parameters or on the time.
+    live: HashSet<ExprId>,
 }
 
-impl<'a> Samples<'a> {
+impl<'a> SampledValues<'a> {
     /// Prepares points at all scales around the origin.
     pub(super) fn new(ranges: &'a ParamRanges) -> Self {
         Self {
             ranges,
             points: Vec::new(),
             values: HashMap::new(),
+            live: HashSet::new(),
         }
     }
 
-    /// Reports whether a number has this value at a sampled point.
-    pub(super) fn contain(&mut self, e: &Expressions, number: ExprId, value: f64) -> bool {
-        let terms = sum_of(e, number).map_or(Vec::new(), |sum| sum.terms);
+    /// Reports whether a number has this value at a sampled point. The values of a number that depends on live parameters
+    /// differ from those of the samples. Then any value that it has at several points counts.
+    pub(super) fn show_plateau(&mut self, e: &Expressions, number: ExprId, value: f64) -> bool {
+        let terms = Sum::of(e, number).map_or(Vec::new(), |sum| sum.terms);
         let mut magnitudes = vec![value.abs(); self.of(e, number).len()];
-        for term in terms {
-            for (magnitude, value) in magnitudes.iter_mut().zip(self.of(e, term.number)) {
-                *magnitude += value.abs();
+        for Term { number, factor } in terms {
+            for (magnitude, value) in magnitudes.iter_mut().zip(self.of(e, number)) {
+                *magnitude += (factor * value).abs();
             }
         }
-        let values = self.of(e, number).iter().zip(magnitudes);
+        let is_live = self.live.contains(&number);
+        let values = self.of(e, number);
+        if is_live {
+            let mut sorted: Vec<f64> = values.iter().copied().filter(|it| !it.is_nan()).collect();
+            sorted.sort_by(f64::total_cmp);
+            return sorted.windows(MIN_REPETITIONS).any(|values| values[0] == values[MIN_REPETITIONS - 1]);
+        }
         let is_plateau = |(other, magnitude): (&f64, f64)| {
             let difference = (other - value).abs();
             difference <= TOLERANCE * magnitude
         };
-        values.into_iter().any(is_plateau)
+        values.iter().zip(magnitudes).any(is_plateau)
     }
 
     fn of(&mut self, e: &Expressions, number: ExprId) -> &[f64] {
@@ -64,10 +76,29 @@ impl<'a> Samples<'a> {
             self.points = (0..count).map(point).collect();
         }
         for id in order {
+            if self.is_live(e, id) {
+                self.live.insert(id);
+            }
             let values = self.evaluated(e, id);
             self.values.insert(id, values);
         }
         &self.values[&number]
+    }
+
+    fn is_live(&self, e: &Expressions, id: ExprId) -> bool {
+        match e.get(id) {
+            Expression::Param(..) | Expression::Time => true,
+            Expression::Apply {
+                point,
+                values,
+                parameters,
+                ..
+            } => {
+                let mut operands = point.iter().flatten().chain(values).chain(parameters);
+                operands.any(|id| self.live.contains(id))
+            }
+            _ => false,
+        }
     }
 
     fn evaluated(&self, e: &Expressions, id: ExprId) -> Vec<f64> {
