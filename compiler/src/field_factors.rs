@@ -9,7 +9,7 @@ use crate::analysis::param_ranges::ParamRanges;
 use crate::elaborate::field_without_inside;
 use crate::expression::{ExprId, Expression, Expressions, Stage};
 use crate::scene::{NO_SURFACE_DISTANCE, Scene, SceneRef, ShapeId, ShapeKind, children};
-use crate::sublevel::field_with_same_sign;
+use crate::sublevel::{field_with_same_sign, without_wide_jumps};
 use crate::uniforms::postorder;
 use sdfc_lang::Diagnostic;
 use sdfc_vm::table::Op;
@@ -33,10 +33,13 @@ pub(crate) fn remove_factors(scene: &mut Scene, root: ShapeId) -> Vec<Diagnostic
     // In the order of the text, so that numbers are built in the same order each time.
     for (index, shape) in (0..).zip(&mut scene.shapes) {
         let [by_sign, by_value] = [true, false].map(|it| visited.contains(&(ShapeId(index), it)));
-        if let ShapeKind::Field { value, slope, .. } = &mut shape.kind
-            && by_sign
-            && !by_value
-        {
+        let ShapeKind::Field { value, slope, .. } = &mut shape.kind else {
+            continue;
+        };
+        if by_sign || by_value {
+            *value = without_wide_jumps(&mut scene.expressions, *value, &ranges);
+        }
+        if by_sign && !by_value {
             let field = field_with_same_sign(&mut scene.expressions, *value, &ranges);
             if field != *value {
                 (*value, *slope) = (field, None);

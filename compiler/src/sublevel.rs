@@ -19,6 +19,7 @@ mod by_value;
 mod cases;
 mod conditions;
 mod integer_sum;
+mod jumps;
 mod product;
 mod samples;
 mod set;
@@ -31,6 +32,7 @@ use crate::analysis::pieces::PieceSearch;
 use crate::expression::{ExprId, Expression, Expressions, Stage};
 use crate::scene::NO_SURFACE_DISTANCE;
 use crate::uniforms::postorder;
+pub(crate) use jumps::without_wide_jumps;
 use samples::SampledValues;
 use sdfc_vm::bounds::Bounds;
 use sdfc_vm::interval::Interval;
@@ -54,14 +56,7 @@ pub(crate) fn field_with_same_sign(
     }
     let parts = parts_by_definedness(e, field);
     let defined = parts.map_or(field, |[_, defined]| defined);
-    let mut sublevels = Sublevels {
-        e,
-        pieces: PieceSearch::default(),
-        param_ranges: ranges,
-        ranges: HashMap::new(),
-        samples: SampledValues::new(ranges),
-        known: HashMap::new(),
-    };
+    let mut sublevels = Sublevels::new(e, ranges);
     let set = sublevels.below(defined, Level::ZERO, MAX_DEPTH);
     let negative = match set {
         Set::Field(negative) => negative,
@@ -136,7 +131,18 @@ struct Sublevels<'a> {
     known: HashMap<(ExprId, u64, bool), Set>,
 }
 
-impl Sublevels<'_> {
+impl<'a> Sublevels<'a> {
+    fn new(e: &'a mut Expressions, param_ranges: &'a ParamRanges) -> Self {
+        Self {
+            e,
+            pieces: PieceSearch::default(),
+            param_ranges,
+            ranges: HashMap::new(),
+            samples: SampledValues::new(param_ranges),
+            known: HashMap::new(),
+        }
+    }
+
     /// Returns the set at which a number lies below a level.
     fn below(&mut self, number: ExprId, level: Level, depth: u32) -> Set {
         let key = (number, level.value.to_bits(), level.is_included);

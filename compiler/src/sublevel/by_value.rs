@@ -68,8 +68,35 @@ impl Sublevels<'_> {
                 let sets = [b, a].map(|branch| self.below(branch, level, depth));
                 Some(self.in_parts(on, sets))
             }
+            (Op::Mix, &[a, b, weight]) => {
+                let product = self.product_of_mix(a, b, weight)?;
+                Some(self.below(product, level, depth))
+            }
             (Op::Exp, &[a]) if c > 0.0 => Some(self.below(a, level.at(c.ln()), depth)),
+            (Op::Mul, &[a, b]) if self.are_switches([a, b]) => {
+                let sets = [a, b].map(|id| self.below(id, level, depth));
+                Some(self.combined(Op::Min, sets))
+            }
             (Op::Mul | Op::Div, _) => self.of_sum(number, level, depth),
+            _ => None,
+        }
+    }
+
+    /// Reports whether numbers are zero or one everywhere.
+    fn are_switches(&mut self, numbers: [ExprId; 2]) -> bool {
+        numbers.into_iter().all(|number| self.pieces.of(self.e, number).is_switch())
+    }
+
+    /// Returns an interpolation from or to zero as a product.
+    fn product_of_mix(&mut self, a: ExprId, b: ExprId, weight: ExprId) -> Option<ExprId> {
+        let is_zero = |id: ExprId| self.e.as_constant(id) == Some(0.0);
+        match (is_zero(a), is_zero(b)) {
+            (true, _) => Some(self.e.call(Op::Mul, &[b, weight])),
+            (_, true) => {
+                let one = self.e.constant(1.0);
+                let rest = self.e.call(Op::Sub, &[one, weight]);
+                Some(self.e.call(Op::Mul, &[a, rest]))
+            }
             _ => None,
         }
     }

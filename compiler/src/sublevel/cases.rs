@@ -8,30 +8,30 @@ use sdfc_vm::table::Op;
 use std::collections::HashMap;
 
 /// Operand that is one of two numbers.
-struct Branches {
-    operand: ExprId,
+pub(super) struct Branches {
+    pub(super) operand: ExprId,
     /// Set if the operand is the first branch where it is below the second one.
     is_minimum: bool,
-    branches: [ExprId; 2],
+    pub(super) branches: [ExprId; 2],
+}
+
+impl Branches {
+    /// Returns both branches. Where the first one returned is below the second, the operand is its first branch.
+    pub(super) fn in_order(&self) -> [ExprId; 2] {
+        let [a, b] = self.branches;
+        if self.is_minimum { [a, b] } else { [b, a] }
+    }
 }
 
 impl Sublevels<'_> {
     /// Returns the set of a number with plateaus, by the branches of a minimum or maximum with a constant in it.
     pub(super) fn in_cases(&mut self, number: ExprId, level: Level, depth: u32) -> Option<Set> {
-        let Branches {
-            operand,
-            is_minimum,
-            branches,
-        } = self.branches_in(number)?;
-        let sets = branches.map(|branch| {
-            let number = self.with_replaced(number, operand, branch);
+        let parts = self.branches_in(number)?;
+        let sets = parts.branches.map(|branch| {
+            let number = self.with_replaced(number, parts.operand, branch);
             self.below(number, level, depth)
         });
-        let [smaller, larger] = if is_minimum {
-            branches
-        } else {
-            [branches[1], branches[0]]
-        };
+        let [smaller, larger] = parts.in_order();
         if let [Set::Field(a), Set::Field(b)] = sets {
             let condition = self.e.call(Op::Less, &[smaller, larger]);
             return Some(Set::Field(self.e.call(Op::Select, &[condition, a, b])));
@@ -41,7 +41,7 @@ impl Sublevels<'_> {
     }
 
     /// Returns the first operand of a number that is the lesser or the greater of a number and a constant.
-    fn branches_in(&mut self, number: ExprId) -> Option<Branches> {
+    pub(super) fn branches_in(&mut self, number: ExprId) -> Option<Branches> {
         postorder(self.e, number, |_| false)
             .into_iter()
             .find_map(|id| {
@@ -68,7 +68,7 @@ impl Sublevels<'_> {
     }
 
     /// Returns a number in which an operand is replaced by another one.
-    fn with_replaced(&mut self, number: ExprId, operand: ExprId, by: ExprId) -> ExprId {
+    pub(super) fn with_replaced(&mut self, number: ExprId, operand: ExprId, by: ExprId) -> ExprId {
         let mut replaced = HashMap::from([(operand, by)]);
         for id in postorder(self.e, number, |id| id == operand) {
             let Expression::Apply {

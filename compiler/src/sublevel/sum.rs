@@ -9,9 +9,12 @@ impl Sublevels<'_> {
     /// Returns the set of a sum, or of a multiple, with a plateau at the level.
     pub(super) fn of_sum(&mut self, number: ExprId, level: Level, depth: u32) -> Option<Set> {
         let sum = Sum::of(self.e, number)?;
-        if let [Term { number, factor }] = *sum.terms {
+        if let [Term { number: term, factor }] = *sum.terms {
+            if term == number {
+                return None;
+            }
             let level = level.at(difference(level.value, sum.constant));
-            return self.of_multiple(number, factor, level, depth);
+            return self.of_multiple(term, factor, level, depth);
         }
         self.of_integers(&sum, level, depth)
             .or_else(|| self.of_extremes(&sum, level, depth))
