@@ -129,6 +129,8 @@ struct Sublevels<'a> {
     ranges: HashMap<ExprId, Interval>,
     samples: SampledValues<'a>,
     known: HashMap<(ExprId, u64, bool), Set>,
+    /// Number of sets for which no rule was found.
+    selections: usize,
 }
 
 impl<'a> Sublevels<'a> {
@@ -140,6 +142,7 @@ impl<'a> Sublevels<'a> {
             ranges: HashMap::new(),
             samples: SampledValues::new(param_ranges),
             known: HashMap::new(),
+            selections: 0,
         }
     }
 
@@ -222,6 +225,10 @@ impl<'a> Sublevels<'a> {
         let Expression::Apply { op, values, .. } = self.e.get(number).clone() else {
             return Set::Field(self.shifted(number, level));
         };
+        let is_magnitude = op == Op::Sqrt || is_magnitude(self.e, number);
+        if is_magnitude && level.value <= 0.0 && !level.is_included {
+            return Set::Empty;
+        }
         let has_plateau = self.has_plateau(number, level);
         let set = match level.value == 0.0 {
             true => self.by_sign(number, op, &values, level, depth),
@@ -255,11 +262,14 @@ impl<'a> Sublevels<'a> {
 
     /// Reports whether a number may have the value of a level in a part of space.
     fn has_plateau(&mut self, number: ExprId, level: Level) -> bool {
-        let pieces = self.pieces.of(self.e, number);
-        let is_rounded = pieces.are_all_unknown();
+        self.pieces.of(self.e, number).are_all_unknown() || self.shows_plateau(number, level)
+    }
+
+    /// Reports whether a number has the value of a level at a sampled point.
+    fn shows_plateau(&mut self, number: ExprId, level: Level) -> bool {
         self.e.stage(number) > Stage::Uniform
             && self.pieces.are_possible(self.e, number)
-            && (is_rounded || self.samples.show_plateau(self.e, number, level.value))
+            && self.samples.show_plateau(self.e, number, level.value)
     }
 
     /// Returns the union of sets for a minimum, and their intersection for a maximum.
@@ -273,4 +283,25 @@ impl<'a> Sublevels<'a> {
 
 fn is_above_zero(e: &Expressions, number: ExprId) -> bool {
     e.as_constant(number).is_some_and(|value| value > 0.0)
+}
+
+/// Reports whether a number is a sum of squares or of magnitudes, which is negative nowhere.
+fn is_magnitude(e: &Expressions, number: ExprId) -> bool {
+    let mut pending = vec![number];
+    while let Some(id) = pending.pop() {
+        match e.get(id) {
+            Expression::Apply {
+                op: Op::Add,
+                values,
+                ..
+            } => pending.extend(values),
+            Expression::Apply {
+                op: Op::Square | Op::Abs,
+                ..
+            } => {}
+            _ if e.as_constant(id).is_some_and(|constant| constant >= 0.0) => {}
+            _ => return false,
+        }
+    }
+    true
 }

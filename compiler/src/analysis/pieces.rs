@@ -117,7 +117,10 @@ impl PieceSearch {
         }
         order.sort_unstable();
         for id in order {
-            let Expression::Apply { op, point, values, .. } = e.get(id) else {
+            let Expression::Apply {
+                op, point, values, ..
+            } = e.get(id)
+            else {
                 continue;
             };
             let mut operands = point.iter().flatten().chain(values);

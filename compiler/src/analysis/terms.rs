@@ -27,7 +27,13 @@ impl Sum {
     /// Takes apart a sum. `None` for too many terms.
     pub(crate) fn of(e: &Expressions, number: ExprId) -> Option<Self> {
         let mut sum = Self::default();
-        sum.add(e, Term { number, factor: 1.0 })?;
+        sum.add(
+            e,
+            Term {
+                number,
+                factor: 1.0,
+            },
+        )?;
         Some(sum)
     }
 

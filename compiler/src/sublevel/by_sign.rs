@@ -1,6 +1,6 @@
 //! Sets below zero, from the signs of operands.
 
-use super::{Level, Set, Sublevels, is_above_zero};
+use super::{Level, Set, Sublevels, is_above_zero, is_magnitude};
 use crate::expression::{ExprId, Expression, Expressions};
 use crate::uniforms::postorder;
 use sdfc_vm::row::Continuity;
@@ -86,25 +86,4 @@ fn may_have_poles(e: &Expressions, number: ExprId) -> bool {
             Expression::Apply { op, .. } => op.row().facts.continuity == Continuity::HasPoles,
             _ => false,
         })
-}
-
-/// Reports whether a number is a sum of squares or of magnitudes, which is negative nowhere.
-fn is_magnitude(e: &Expressions, number: ExprId) -> bool {
-    let mut pending = vec![number];
-    while let Some(id) = pending.pop() {
-        match e.get(id) {
-            Expression::Apply {
-                op: Op::Add,
-                values,
-                ..
-            } => pending.extend(values),
-            Expression::Apply {
-                op: Op::Square | Op::Abs,
-                ..
-            } => {}
-            _ if e.as_constant(id).is_some_and(|constant| constant >= 0.0) => {}
-            _ => return false,
-        }
-    }
-    true
 }

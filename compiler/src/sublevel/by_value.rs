@@ -84,7 +84,9 @@ impl Sublevels<'_> {
 
     /// Reports whether numbers are zero or one everywhere.
     fn are_switches(&mut self, numbers: [ExprId; 2]) -> bool {
-        numbers.into_iter().all(|number| self.pieces.of(self.e, number).is_switch())
+        numbers
+            .into_iter()
+            .all(|number| self.pieces.of(self.e, number).is_switch())
     }
 
     /// Returns an interpolation from or to zero as a product.
@@ -131,6 +133,7 @@ impl Sublevels<'_> {
 
     /// Returns the set of a number with plateaus of unknown shape. Values within rounding of the level count as equal.
     pub(super) fn by_selection(&mut self, number: ExprId, level: Level) -> Set {
+        self.selections += 1;
         let shifted = self.shifted(number, level);
         let mut limit = self.e.constant(level.value);
         if let Some(rounding) = self.rounding(shifted) {
@@ -149,7 +152,8 @@ impl Sublevels<'_> {
     /// Returns the rounding of a sum that is not one of integers.
     pub(super) fn rounding(&mut self, sum: ExprId) -> Option<ExprId> {
         let Sum { terms, constant } = Sum::of(self.e, sum)?;
-        let is_integer = |term: &Term| term.factor.fract() == 0.0 && is_integer(self.e, term.number);
+        let is_integer =
+            |term: &Term| term.factor.fract() == 0.0 && is_integer(self.e, term.number);
         if constant.fract() == 0.0 && terms.iter().all(is_integer) {
             return None;
         }

@@ -18,7 +18,8 @@ impl Sublevels<'_> {
         let index = sum.terms.iter().position(is_rounded)?;
         let Term { number, factor } = sum.terms[index];
         let mut rest = sum.without(index);
-        let are_integers = |term: &Term| term.factor.fract() == 0.0 && is_integer(self.e, term.number);
+        let are_integers =
+            |term: &Term| term.factor.fract() == 0.0 && is_integer(self.e, term.number);
         if !rest.terms.iter().all(are_integers) {
             return None;
         }

@@ -39,11 +39,13 @@ pub(crate) fn without_wide_jumps(
         };
         let new = |id: &ExprId| replaced.get(id).copied().unwrap_or(*id);
         let point = point.map(|point| point.map(|id| new(&id)));
-        let [values, parameters] = [values, parameters]
-            .map(|numbers| numbers.iter().map(new).collect::<Vec<ExprId>>());
+        let [values, parameters] =
+            [values, parameters].map(|numbers| numbers.iter().map(new).collect::<Vec<ExprId>>());
+        let selections = sublevels.selections;
         let changed = match sublevels.without_wide_jump(op, &values) {
-            Some(number) => number,
-            None => sublevels.e.apply(op, point, &values, &parameters),
+            // Numbers that are piecewise constant stay as they are where no rule is known.
+            Some(number) if sublevels.selections == selections => number,
+            _ => sublevels.e.apply(op, point, &values, &parameters),
         };
         if changed != id {
             replaced.insert(id, changed);
@@ -76,7 +78,7 @@ impl Sublevels<'_> {
                 let from_edge = below.complement(self.e);
                 Some(self.indicator(from_edge))
             }
-            (Op::Sign, &[a]) if self.has_plateau(a, Level::ZERO) => {
+            (Op::Sign, &[a]) if self.shows_plateau(a, Level::ZERO) => {
                 let signs = self.signs(a, MAX_DEPTH);
                 let [negative, positive] =
                     [signs.negative, signs.positive].map(|set| self.indicator(set));
@@ -90,13 +92,13 @@ impl Sublevels<'_> {
     /// Reports whether two numbers are equal in a part of space.
     fn are_equal_in_part(&mut self, a: ExprId, b: ExprId) -> bool {
         if let Some(value) = self.e.as_constant(b) {
-            return self.has_plateau(a, Level::including(value));
+            return self.shows_plateau(a, Level::including(value));
         }
         if let Some(value) = self.e.as_constant(a) {
-            return self.has_plateau(b, Level::including(value));
+            return self.shows_plateau(b, Level::including(value));
         }
         let difference = self.e.call(Op::Sub, &[a, b]);
-        self.has_plateau(difference, Level::ZERO)
+        self.shows_plateau(difference, Level::ZERO)
     }
 
     /// Returns the number that is one in a set, and zero elsewhere.
@@ -124,7 +126,10 @@ impl Sublevels<'_> {
         });
         let [smaller, larger] = parts.in_order();
         let condition = self.e.call(Op::Less, &[smaller, larger]);
-        Some(self.e.call(Op::Select, &[condition, results[0], results[1]]))
+        Some(
+            self.e
+                .call(Op::Select, &[condition, results[0], results[1]]),
+        )
     }
 
     /// Reports whether a number has a plateau at which its rounded value jumps.
@@ -132,8 +137,13 @@ impl Sublevels<'_> {
         let offset = if op == Op::Round { 0.5 } else { 0.0 };
         let values = self.pieces.of(self.e, number).values();
         let jumps = |&&value: &&f64| (value - offset).fract() == 0.0;
-        let values: Vec<f64> = values.unwrap_or_default().iter().filter(jumps).copied().collect();
+        let values: Vec<f64> = values
+            .unwrap_or_default()
+            .iter()
+            .filter(jumps)
+            .copied()
+            .collect();
         let mut values = values.into_iter();
-        values.any(|value| self.has_plateau(number, Level::including(value)))
+        values.any(|value| self.shows_plateau(number, Level::including(value)))
     }
 }

@@ -58,13 +58,15 @@ impl<'a> SampledValues<'a> {
         let is_live = self.live.contains(&number);
         let values = self.of(e, number);
         if is_live {
-            let mut sorted: Vec<f64> = values.iter().copied().filter(|it| !it.is_nan()).collect();
+            let mut sorted: Vec<f64> = values.iter().copied().filter(|it| it.is_finite()).collect();
             sorted.sort_by(f64::total_cmp);
-            return sorted.windows(MIN_REPETITIONS).any(|values| values[0] == values[MIN_REPETITIONS - 1]);
+            return sorted
+                .windows(MIN_REPETITIONS)
+                .any(|values| values[0] == values[MIN_REPETITIONS - 1]);
         }
         let is_plateau = |(other, magnitude): (&f64, f64)| {
             let difference = (other - value).abs();
-            difference <= TOLERANCE * magnitude
+            difference.is_finite() && difference <= TOLERANCE * magnitude
         };
         values.iter().zip(magnitudes).any(is_plateau)
     }

@@ -9,7 +9,13 @@ impl Sublevels<'_> {
     /// Returns the set of a sum, or of a multiple, with a plateau at the level.
     pub(super) fn of_sum(&mut self, number: ExprId, level: Level, depth: u32) -> Option<Set> {
         let sum = Sum::of(self.e, number)?;
-        if let [Term { number: term, factor }] = *sum.terms {
+        if let [
+            Term {
+                number: term,
+                factor,
+            },
+        ] = *sum.terms
+        {
             if term == number {
                 return None;
             }
@@ -41,10 +47,15 @@ impl Sublevels<'_> {
     /// Returns the set of a sum in which the first term and the rest have plateaus at their highest or lowest values.
     fn of_extremes(&mut self, sum: &Sum, level: Level, depth: u32) -> Option<Set> {
         let Term { number, factor } = *sum.terms.first()?;
-        let values = self.pieces.of(self.e, number).values()?.to_vec();
+        let mut values = self.pieces.of(self.e, number).values()?.to_vec();
+        values.push(0.0);
         let rest = sum.without(0).build(self.e);
         // No point has more than the highest values, or less than the lowest ones.
-        let excluded = if level.is_included { Set::Empty } else { Set::All };
+        let excluded = if level.is_included {
+            Set::Empty
+        } else {
+            Set::All
+        };
         values.into_iter().find_map(|value| {
             let end = difference(level.value, factor * value);
             let mut end_sets = |is_included| {
@@ -87,18 +98,21 @@ impl Sublevels<'_> {
 
     /// Returns the set of a sum in which a term is one of two numbers, by each of these.
     fn distributed(&mut self, sum: &Sum, level: Level, depth: u32) -> Option<Set> {
-        let (index, is_minimum, operands) =
-            (0..sum.terms.len()).find_map(|index| {
-                let (is_minimum, operands) = self.compared_in(sum.terms[index].number)?;
-                Some((index, is_minimum, operands))
-            })?;
+        let (index, is_minimum, operands) = (0..sum.terms.len()).find_map(|index| {
+            let (is_minimum, operands) = self.compared_in(sum.terms[index].number)?;
+            Some((index, is_minimum, operands))
+        })?;
         let mut sets = [Set::Empty; 2];
         for (set, operand) in sets.iter_mut().zip(operands) {
             let number = sum.with_replaced(self.e, index, operand)?.build(self.e);
             *set = self.below(number, level, depth);
         }
         let is_reversed = sum.terms[index].factor < 0.0;
-        let combination = if is_minimum != is_reversed { Op::Min } else { Op::Max };
+        let combination = if is_minimum != is_reversed {
+            Op::Min
+        } else {
+            Op::Max
+        };
         Some(self.combined(combination, sets))
     }
 
@@ -110,9 +124,7 @@ impl Sublevels<'_> {
         match (op, values.as_slice()) {
             (Op::Min | Op::Max, &[a, b]) => Some((op == Op::Min, [a, b])),
             (Op::Abs, &[a]) => Some((false, [a, self.e.call(Op::Neg, &[a])])),
-            (Op::Clamp, &[a, low, high]) => {
-                Some((true, [self.e.call(Op::Max, &[a, low]), high]))
-            }
+            (Op::Clamp, &[a, low, high]) => Some((true, [self.e.call(Op::Max, &[a, low]), high])),
             _ => None,
         }
     }
