@@ -20,6 +20,7 @@ mod cases;
 mod conditions;
 mod integer_sum;
 mod jumps;
+mod limits;
 mod product;
 mod samples;
 mod set;
@@ -230,6 +231,9 @@ impl<'a> Sublevels<'a> {
             return Set::Empty;
         }
         let has_plateau = self.has_plateau(number, level);
+        if !has_plateau && let Some(set) = self.without_limit(number, op, &values, level, depth) {
+            return set;
+        }
         let set = match level.value == 0.0 {
             true => self.by_sign(number, op, &values, level, depth),
             false => None,

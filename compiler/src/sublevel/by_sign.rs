@@ -18,17 +18,6 @@ impl Sublevels<'_> {
     ) -> Option<Set> {
         match (op, values) {
             (Op::Neg, &[a]) => Some(self.not_below(a, level.of_rest(), depth)),
-            // A limit of a field bounds its slope.
-            (Op::Min | Op::Max, &[a, b])
-                if (self.e.as_constant(a).is_some() || self.e.as_constant(b).is_some())
-                    && !self.has_plateau(number, level) =>
-            {
-                let operands = [a, b].map(|operand| match self.below(operand, level, depth) {
-                    Set::Field(field) => field,
-                    _ => operand,
-                });
-                Some(Set::Field(self.e.call(op, &operands)))
-            }
             (Op::Min | Op::Max, &[a, b]) => {
                 let sets = [a, b].map(|operand| self.below(operand, level, depth));
                 Some(self.combined(op, sets))

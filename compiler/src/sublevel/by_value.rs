@@ -83,7 +83,7 @@ impl Sublevels<'_> {
     }
 
     /// Reports whether numbers are zero or one everywhere.
-    fn are_switches(&mut self, numbers: [ExprId; 2]) -> bool {
+    pub(super) fn are_switches(&mut self, numbers: [ExprId; 2]) -> bool {
         numbers
             .into_iter()
             .all(|number| self.pieces.of(self.e, number).is_switch())
