@@ -62,8 +62,20 @@ impl Sublevels<'_> {
             Set::Field(field) => field,
             set => return Some(set),
         };
-        let is_better = self.has_bounded_slope(field) || !self.has_bounded_slope(number);
-        is_better.then_some(Set::Field(field))
+        if self.has_bounded_slope(field) {
+            return Some(Set::Field(field));
+        }
+        match (op, values) {
+            (Op::Min | Op::Max, &[a, b]) if level.value == 0.0 => {
+                let limit = if self.e.as_constant(a).is_some() {
+                    a
+                } else {
+                    b
+                };
+                Some(Set::Field(self.e.call(op, &[field, limit])))
+            }
+            _ => None,
+        }
     }
 
     /// Returns the set of a multiple of a limited number, plus a constant.
