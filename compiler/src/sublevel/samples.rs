@@ -18,6 +18,8 @@ const MAX_COUNT: usize = 256;
 const MIN_COUNT: usize = 64;
 /// Number of values of all operations of a field, above which points are left out.
 const MAX_VALUES: usize = 4_000_000;
+/// Maximum number of operations that are sampled before another one. Fields by many cases have more.
+const MAX_NUMBERS: usize = 30_000;
 /// Minimum number of points at which a live number has one value on a plateau.
 const MIN_REPETITIONS: usize = 3;
 /// Decimal exponents of the least and the largest coordinate.
@@ -48,6 +50,9 @@ impl<'a> SampledValues<'a> {
     /// Reports whether a number has this value at a sampled point. The values of a number that depends on live parameters
     /// differ from those of the samples. Then any value that it has at several points counts.
     pub(super) fn show_plateau(&mut self, e: &Expressions, number: ExprId, value: f64) -> bool {
+        if self.values.len() > MAX_NUMBERS {
+            return false;
+        }
         let terms = Sum::of(e, number).map_or(Vec::new(), |sum| sum.terms);
         let mut magnitudes = vec![value.abs(); self.of(e, number).len()];
         for Term { number, factor } in terms {

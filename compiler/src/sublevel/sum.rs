@@ -50,12 +50,6 @@ impl Sublevels<'_> {
         let mut values = self.pieces.of(self.e, number).values()?.to_vec();
         values.push(0.0);
         let rest = sum.without(0).build(self.e);
-        // No point has more than the highest values, or less than the lowest ones.
-        let excluded = if level.is_included {
-            Set::Empty
-        } else {
-            Set::All
-        };
         values.into_iter().find_map(|value| {
             let end = difference(level.value, factor * value);
             let mut end_sets = |is_included| {
@@ -66,14 +60,19 @@ impl Sublevels<'_> {
                 let first = self.of_multiple(number, factor, level.at(factor * value), depth)?;
                 Some([first, self.below(rest, level.at(end), depth)])
             };
-            if end_sets(!level.is_included)? != [excluded; 2] {
-                return None;
+            let [below, up_to] = [end_sets(false)?, end_sets(true)?];
+            match (up_to, below) {
+                // No point has more than the highest values, or less than the lowest ones.
+                ([Set::All, Set::All], _) => Some(match level.is_included {
+                    true => Set::All,
+                    false => below[0].union(below[1], self.e),
+                }),
+                (_, [Set::Empty, Set::Empty]) => Some(match level.is_included {
+                    true => up_to[0].intersection(up_to[1], self.e),
+                    false => Set::Empty,
+                }),
+                _ => None,
             }
-            let [first, second] = end_sets(level.is_included)?;
-            Some(match level.is_included {
-                false => first.union(second, self.e),
-                true => first.intersection(second, self.e),
-            })
         })
     }
 
