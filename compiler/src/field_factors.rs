@@ -9,7 +9,7 @@ use crate::analysis::param_ranges::ParamRanges;
 use crate::elaborate::field_without_inside;
 use crate::expression::{ExprId, Expression, Expressions, Stage};
 use crate::scene::{NO_SURFACE_DISTANCE, Scene, SceneRef, ShapeId, ShapeKind, children};
-use crate::sublevel::{field_with_same_sign, without_wide_jumps};
+use crate::sublevel::without_plateaus;
 use crate::uniforms::postorder;
 use sdfc_lang::Diagnostic;
 use sdfc_vm::table::Op;
@@ -36,11 +36,14 @@ pub(crate) fn remove_factors(scene: &mut Scene, root: ShapeId) -> Vec<Diagnostic
         let ShapeKind::Field { value, slope, .. } = &mut shape.kind else {
             continue;
         };
-        if by_sign || by_value {
-            *value = without_wide_jumps(&mut scene.expressions, *value, &ranges);
+        if !by_sign && !by_value {
+            continue;
         }
-        if by_sign && !by_value {
-            let field = field_with_same_sign(&mut scene.expressions, *value, &ranges);
+        let by_sign = by_sign && !by_value;
+        let fields = without_plateaus(&mut scene.expressions, *value, by_sign, &ranges);
+        *value = fields.same_values;
+        if by_sign {
+            let field = fields.same_sign;
             if field != *value {
                 (*value, *slope) = (field, None);
             }

@@ -33,7 +33,7 @@ use crate::analysis::pieces::PieceSearch;
 use crate::expression::{ExprId, Expression, Expressions, Stage};
 use crate::scene::NO_SURFACE_DISTANCE;
 use crate::uniforms::postorder;
-pub(crate) use jumps::without_wide_jumps;
+use jumps::without_wide_jumps;
 use samples::SampledValues;
 use sdfc_vm::bounds::Bounds;
 use sdfc_vm::interval::Interval;
@@ -46,18 +46,47 @@ const MAX_DEPTH: u32 = 128;
 /// Maximum number of sets that are built for one field.
 const MAX_SETS: usize = 20_000;
 
-/// Returns a field that is negative at the same points, without plateaus at zero and without odd functions around it.
-pub(crate) fn field_with_same_sign(
+/// Fields that replace another one.
+pub(crate) struct Replacements {
+    /// Field with the same values, but for parts without thickness, that jumps at surfaces alone.
+    pub(crate) same_values: ExprId,
+    /// Field of the same sign without plateaus at zero and without odd functions around it.
+    pub(crate) same_sign: ExprId,
+}
+
+/// Returns fields that replace another one. Without `by_sign`, both have the same values.
+pub(crate) fn without_plateaus(
     e: &mut Expressions,
     field: ExprId,
-    ranges: &ParamRanges,
-) -> ExprId {
-    if e.stage(field) <= Stage::Uniform {
-        return field;
+    by_sign: bool,
+    param_ranges: &ParamRanges,
+) -> Replacements {
+    let mut facts = Facts::new(param_ranges);
+    let same_values = without_wide_jumps(e, field, param_ranges, &mut facts);
+    let same_sign = match by_sign && e.stage(same_values) > Stage::Uniform {
+        true => field_with_same_sign(e, same_values, param_ranges, &mut facts),
+        false => same_values,
+    };
+    Replacements {
+        same_values,
+        same_sign,
     }
+}
+
+/// Returns a field that is negative at the same points.
+fn field_with_same_sign<'r>(
+    e: &mut Expressions,
+    field: ExprId,
+    param_ranges: &'r ParamRanges,
+    facts: &mut Facts<'r>,
+) -> ExprId {
     let parts = parts_by_definedness(e, field);
     let defined = parts.map_or(field, |[_, defined]| defined);
-    let mut sublevels = Sublevels::new(e, ranges);
+    let mut sublevels = Sublevels {
+        e,
+        param_ranges,
+        facts,
+    };
     let set = sublevels.below(defined, Level::ZERO, MAX_DEPTH);
     let negative = match set {
         Set::Field(negative) => negative,
@@ -123,10 +152,17 @@ struct Signs {
     positive: Set,
 }
 
-struct Sublevels<'a> {
-    e: &'a mut Expressions,
+/// Number that an operation without a point computes, or with one that its rules do not read.
+#[derive(Clone, Copy)]
+struct Node<'a> {
+    number: ExprId,
+    op: Op,
+    values: &'a [ExprId],
+}
+
+/// Numbers and sets that were computed for a field.
+struct Facts<'a> {
     pieces: PieceSearch,
-    param_ranges: &'a ParamRanges,
     ranges: HashMap<ExprId, Interval>,
     samples: SampledValues<'a>,
     known: HashMap<(ExprId, u64, bool), Set>,
@@ -134,33 +170,39 @@ struct Sublevels<'a> {
     selections: usize,
 }
 
-impl<'a> Sublevels<'a> {
-    fn new(e: &'a mut Expressions, param_ranges: &'a ParamRanges) -> Self {
+impl<'a> Facts<'a> {
+    fn new(param_ranges: &'a ParamRanges) -> Self {
         Self {
-            e,
             pieces: PieceSearch::default(),
-            param_ranges,
             ranges: HashMap::new(),
             samples: SampledValues::new(param_ranges),
             known: HashMap::new(),
             selections: 0,
         }
     }
+}
 
+struct Sublevels<'a, 'r> {
+    e: &'a mut Expressions,
+    param_ranges: &'r ParamRanges,
+    facts: &'a mut Facts<'r>,
+}
+
+impl Sublevels<'_, '_> {
     /// Returns the set at which a number lies below a level.
     fn below(&mut self, number: ExprId, level: Level, depth: u32) -> Set {
         let key = (number, level.value.to_bits(), level.is_included);
-        if let Some(&set) = self.known.get(&key) {
+        if let Some(&set) = self.facts.known.get(&key) {
             return set;
         }
         let set = match self.proved(number, level) {
             Some(set) => set,
-            None if depth == 0 || self.known.len() > MAX_SETS => {
+            None if depth == 0 || self.facts.known.len() > MAX_SETS => {
                 Set::Field(self.shifted(number, level))
             }
             None => self.built(number, level, depth - 1),
         };
-        self.known.insert(key, set);
+        self.facts.known.insert(key, set);
         set
     }
 
@@ -183,7 +225,7 @@ impl<'a> Sublevels<'a> {
         let range = match self.e.as_constant(number) {
             Some(value) => [value; 2],
             None if self.e.stage(number) <= Stage::Uniform => return None,
-            None if !self.pieces.of(self.e, number).may_have_any() => return None,
+            None if !self.facts.pieces.of(self.e, number).may_have_any() => return None,
             None => {
                 let range = self.range(number);
                 [range.lo, range.hi]
@@ -199,15 +241,15 @@ impl<'a> Sublevels<'a> {
 
     /// Returns the range of a number over all of space.
     fn range(&mut self, number: ExprId) -> Interval {
-        if let Some(&range) = self.ranges.get(&number) {
+        if let Some(&range) = self.facts.ranges.get(&number) {
             return range;
         }
         let mut leaf = |id| UniformInput::Known(self.param_ranges.leaf(self.e, id));
         let mut program = BoxNumber::<Interval>::new(self.e, number, &mut leaf);
         let ranges = program.eval_all(&Bounds::ALL_SPACE, &[]).iter().copied();
         let operands = postorder(self.e, number, |_| false).into_iter();
-        self.ranges.extend(operands.zip(ranges));
-        self.ranges[&number]
+        self.facts.ranges.extend(operands.zip(ranges));
+        self.facts.ranges[&number]
     }
 
     /// Returns a number minus a level.
@@ -226,16 +268,21 @@ impl<'a> Sublevels<'a> {
         let Expression::Apply { op, values, .. } = self.e.get(number).clone() else {
             return Set::Field(self.shifted(number, level));
         };
+        let node = Node {
+            number,
+            op,
+            values: &values,
+        };
         let is_magnitude = op == Op::Sqrt || is_magnitude(self.e, number);
         if is_magnitude && level.value <= 0.0 && !level.is_included {
             return Set::Empty;
         }
         let has_plateau = self.has_plateau(number, level);
-        if !has_plateau && let Some(set) = self.without_limit(number, op, &values, level, depth) {
+        if !has_plateau && let Some(set) = self.without_limit(node, level, depth) {
             return set;
         }
         let set = match level.value == 0.0 {
-            true => self.by_sign(number, op, &values, level, depth),
+            true => self.by_sign(node, level, depth),
             false => None,
         };
         if let Some(set) = set {
@@ -244,7 +291,7 @@ impl<'a> Sublevels<'a> {
         if !has_plateau {
             return Set::Field(self.shifted(number, level));
         }
-        let set = self.by_value(number, op, &values, level, depth);
+        let set = self.by_value(node, level, depth);
         let set = set.or_else(|| self.in_cases(number, level, depth));
         set.unwrap_or_else(|| self.by_selection(number, level))
     }
@@ -266,14 +313,14 @@ impl<'a> Sublevels<'a> {
 
     /// Reports whether a number may have the value of a level in a part of space.
     fn has_plateau(&mut self, number: ExprId, level: Level) -> bool {
-        self.pieces.of(self.e, number).are_all_unknown() || self.shows_plateau(number, level)
+        self.facts.pieces.of(self.e, number).are_all_unknown() || self.shows_plateau(number, level)
     }
 
     /// Reports whether a number has the value of a level at a sampled point.
     fn shows_plateau(&mut self, number: ExprId, level: Level) -> bool {
         self.e.stage(number) > Stage::Uniform
-            && self.pieces.are_possible(self.e, number)
-            && self.samples.show_plateau(self.e, number, level.value)
+            && self.facts.pieces.are_possible(self.e, number)
+            && self.facts.samples.show_plateau(self.e, number, level.value)
     }
 
     /// Returns the union of sets for a minimum, and their intersection for a maximum.

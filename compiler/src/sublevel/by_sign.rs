@@ -1,21 +1,15 @@
 //! Sets below zero, from the signs of operands.
 
-use super::{Level, Set, Sublevels, is_above_zero, is_magnitude};
+use super::{Level, Node, Set, Sublevels, is_above_zero, is_magnitude};
 use crate::expression::{ExprId, Expression, Expressions};
 use crate::uniforms::postorder;
 use sdfc_vm::row::Continuity;
 use sdfc_vm::table::Op;
 
-impl Sublevels<'_> {
+impl Sublevels<'_, '_> {
     /// Returns a set that follows from the signs of operands.
-    pub(super) fn by_sign(
-        &mut self,
-        number: ExprId,
-        op: Op,
-        values: &[ExprId],
-        level: Level,
-        depth: u32,
-    ) -> Option<Set> {
+    pub(super) fn by_sign(&mut self, node: Node<'_>, level: Level, depth: u32) -> Option<Set> {
+        let Node { number, op, values } = node;
         match (op, values) {
             (Op::Neg, &[a]) => Some(self.not_below(a, level.of_rest(), depth)),
             (Op::Min | Op::Max, &[a, b]) => {
@@ -32,7 +26,7 @@ impl Sublevels<'_> {
             }
             (Op::Sqrt, &[a]) if self.is_root(number) => self.below_root(a, level, depth),
             (Op::Pow, &[a, _]) if self.is_root(number) => self.below_root(a, level, depth),
-            (Op::Mul | Op::Div, _) => self.of_product(number, op, values, level, depth),
+            (Op::Mul | Op::Div, _) => self.of_product(node, level, depth),
             _ => None,
         }
     }

@@ -1,7 +1,7 @@
 //! Sets of numbers that have a plateau at the level, from their operations.
 
 use super::integer_sum::{below_rounded, is_integer};
-use super::{Level, Set, Sublevels};
+use super::{Level, Node, Set, Sublevels};
 use crate::analysis::definedness::ROUNDING_SHARE;
 use crate::analysis::terms::{Sum, Term};
 use crate::expression::ExprId;
@@ -9,13 +9,11 @@ use crate::scene::NO_SURFACE_DISTANCE;
 use crate::symbolic::simplified;
 use sdfc_vm::table::Op;
 
-impl Sublevels<'_> {
+impl Sublevels<'_, '_> {
     /// Returns the set of a number with plateaus, from its operation.
     pub(super) fn by_value(
         &mut self,
-        number: ExprId,
-        op: Op,
-        values: &[ExprId],
+        Node { number, op, values }: Node<'_>,
         level: Level,
         depth: u32,
     ) -> Option<Set> {
@@ -63,7 +61,7 @@ impl Sublevels<'_> {
                 self.of_integers(&sum, level, depth)
             }
             (Op::Add | Op::Sub | Op::Neg, _) => self.of_sum(number, level, depth),
-            (Op::Mix, &[a, b, switch]) if self.pieces.of(self.e, switch).is_switch() => {
+            (Op::Mix, &[a, b, switch]) if self.facts.pieces.of(self.e, switch).is_switch() => {
                 let on = self.not_below(switch, Level::excluding(1.0), depth);
                 let sets = [b, a].map(|branch| self.below(branch, level, depth));
                 Some(self.in_parts(on, sets))
@@ -86,7 +84,7 @@ impl Sublevels<'_> {
     pub(super) fn are_switches(&mut self, numbers: [ExprId; 2]) -> bool {
         numbers
             .into_iter()
-            .all(|number| self.pieces.of(self.e, number).is_switch())
+            .all(|number| self.facts.pieces.of(self.e, number).is_switch())
     }
 
     /// Returns an interpolation from or to zero as a product.
@@ -133,7 +131,7 @@ impl Sublevels<'_> {
 
     /// Returns the set of a number with plateaus of unknown shape. Values within rounding of the level count as equal.
     pub(super) fn by_selection(&mut self, number: ExprId, level: Level) -> Set {
-        self.selections += 1;
+        self.facts.selections += 1;
         let shifted = self.shifted(number, level);
         let mut limit = self.e.constant(level.value);
         if let Some(rounding) = self.rounding(shifted) {

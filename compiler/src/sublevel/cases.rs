@@ -3,9 +3,8 @@
 use super::{Level, Sublevels};
 use crate::expression::{ExprId, Expression};
 use crate::sublevel::set::Set;
-use crate::uniforms::postorder;
+use crate::uniforms::{postorder, rewrite_number};
 use sdfc_vm::table::Op;
-use std::collections::HashMap;
 
 /// Operand that is one of two numbers.
 pub(super) struct Branches {
@@ -23,7 +22,7 @@ impl Branches {
     }
 }
 
-impl Sublevels<'_> {
+impl Sublevels<'_, '_> {
     /// Returns the set of a number with plateaus, by the branches of a minimum or maximum with a constant in it.
     pub(super) fn in_cases(&mut self, number: ExprId, level: Level, depth: u32) -> Option<Set> {
         let parts = self.branches_in(number)?;
@@ -69,26 +68,9 @@ impl Sublevels<'_> {
 
     /// Returns a number in which an operand is replaced by another one.
     pub(super) fn with_replaced(&mut self, number: ExprId, operand: ExprId, by: ExprId) -> ExprId {
-        let mut replaced = HashMap::from([(operand, by)]);
-        for id in postorder(self.e, number, |id| id == operand) {
-            let Expression::Apply {
-                op,
-                point,
-                values,
-                parameters,
-            } = self.e.get(id).clone()
-            else {
-                continue;
-            };
-            let new = |id: &ExprId| replaced.get(id).copied().unwrap_or(*id);
-            let point = point.map(|point| point.map(|id| new(&id)));
-            let [values, parameters] = [values, parameters]
-                .map(|numbers| numbers.iter().map(new).collect::<Vec<ExprId>>());
-            let changed = self.e.apply(op, point, &values, &parameters);
-            if changed != id {
-                replaced.insert(id, changed);
-            }
-        }
-        replaced.get(&number).copied().unwrap_or(number)
+        rewrite_number(self.e, number, |_, id, rebuilt, _| match id == operand {
+            true => by,
+            false => rebuilt,
+        })
     }
 }

@@ -4,7 +4,7 @@ use super::{Level, Set, Sublevels};
 use crate::expression::{ExprId, Expression};
 use sdfc_vm::table::Op;
 
-impl Sublevels<'_> {
+impl Sublevels<'_, '_> {
     /// Returns the first set where a condition holds, and the second elsewhere.
     pub(super) fn selected(
         &mut self,

@@ -10,7 +10,7 @@ use sdfc_vm::table::Op;
 /// Maximum number of operands of an integer that are searched.
 const MAX_OPERANDS: usize = 64;
 
-impl Sublevels<'_> {
+impl Sublevels<'_, '_> {
     /// Returns the set of a sum of integers and a constant: one of its terms is no longer rounded.
     pub(super) fn of_integers(&mut self, sum: &Sum, level: Level, depth: u32) -> Option<Set> {
         let is_rounded =
@@ -24,7 +24,7 @@ impl Sublevels<'_> {
             return None;
         }
         let (op, operand) = self.rounded(number)?;
-        if op == Op::Round && self.pieces.of(self.e, operand).may_have_any() {
+        if op == Op::Round && self.facts.pieces.of(self.e, operand).may_have_any() {
             return None;
         }
         // With a rounded number `r`, integers `n` and a limit `c`, this is `r + n < c`, or `r - n > -c`.

@@ -4,54 +4,42 @@
 //! are equal in a part of space, as in `max(x, y) == x`, the comparison is written by its set instead.
 
 use super::set::Set;
-use super::{Level, MAX_DEPTH, Sublevels};
+use super::{Facts, Level, MAX_DEPTH, Sublevels};
 use crate::analysis::param_ranges::ParamRanges;
-use crate::expression::{ExprId, Expression, Expressions, Stage};
-use crate::uniforms::postorder;
+use crate::expression::{ExprId, Expression, Expressions};
+use crate::uniforms::{postorder, rewrite_number};
 use sdfc_vm::table::Op;
-use std::collections::HashMap;
 
 /// Maximum number of operands with branches that are replaced in one rounded number.
 const MAX_CASES: u32 = 6;
 
 /// Returns a number with the same values, but for parts without thickness, in which nothing that is compared is equal in
 /// a part of space.
-pub(crate) fn without_wide_jumps(
+pub(super) fn without_wide_jumps<'r>(
     e: &mut Expressions,
     number: ExprId,
-    ranges: &ParamRanges,
+    param_ranges: &'r ParamRanges,
+    facts: &mut Facts<'r>,
 ) -> ExprId {
-    let order = postorder(e, number, |_| false);
-    if e.stage(number) <= Stage::Uniform || !order.iter().any(|&id| jumps(e, id)) {
+    let mut operands = postorder(e, number, |_| false).into_iter();
+    if !operands.any(|id| jumps(e, id)) {
         return number;
     }
-    let mut sublevels = Sublevels::new(e, ranges);
-    let mut replaced: HashMap<ExprId, ExprId> = HashMap::new();
-    for id in order {
-        let Expression::Apply {
-            op,
-            point,
-            values,
-            parameters,
-        } = sublevels.e.get(id).clone()
-        else {
-            continue;
+    rewrite_number(e, number, |e, id, rebuilt, values| {
+        let Expression::Apply { op, .. } = *e.get(id) else {
+            return rebuilt;
         };
-        let new = |id: &ExprId| replaced.get(id).copied().unwrap_or(*id);
-        let point = point.map(|point| point.map(|id| new(&id)));
-        let [values, parameters] =
-            [values, parameters].map(|numbers| numbers.iter().map(new).collect::<Vec<ExprId>>());
-        let selections = sublevels.selections;
-        let changed = match sublevels.without_wide_jump(op, &values) {
-            // Numbers that are piecewise constant stay as they are where no rule is known.
-            Some(number) if sublevels.selections == selections => number,
-            _ => sublevels.e.apply(op, point, &values, &parameters),
+        let selections = facts.selections;
+        let mut sublevels = Sublevels {
+            e,
+            param_ranges,
+            facts,
         };
-        if changed != id {
-            replaced.insert(id, changed);
-        }
-    }
-    replaced.get(&number).copied().unwrap_or(number)
+        let number = sublevels.without_wide_jump(op, values);
+        // Numbers that are piecewise constant stay as they are where no rule is known.
+        let is_known = facts.selections == selections;
+        number.filter(|_| is_known).unwrap_or(rebuilt)
+    })
 }
 
 /// Reports whether a number may jump where its operands do not.
@@ -65,7 +53,7 @@ fn jumps(e: &Expressions, id: ExprId) -> bool {
     }
 }
 
-impl Sublevels<'_> {
+impl Sublevels<'_, '_> {
     /// Returns a comparison or a rounded number by sets; `None` where it jumps at surfaces alone.
     fn without_wide_jump(&mut self, op: Op, values: &[ExprId]) -> Option<ExprId> {
         match (op, values) {
@@ -135,7 +123,7 @@ impl Sublevels<'_> {
     /// Reports whether a number has a plateau at which its rounded value jumps.
     fn is_constant_where_it_jumps(&mut self, op: Op, number: ExprId) -> bool {
         let offset = if op == Op::Round { 0.5 } else { 0.0 };
-        let values = self.pieces.of(self.e, number).values();
+        let values = self.facts.pieces.of(self.e, number).values();
         let jumps = |&&value: &&f64| (value - offset).fract() == 0.0;
         let values: Vec<f64> = values
             .unwrap_or_default()

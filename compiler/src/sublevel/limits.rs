@@ -4,7 +4,7 @@
 //! set. A limit remains where it bounds the slope, as beside a pole.
 
 use super::set::Set;
-use super::{Level, Sublevels};
+use super::{Level, Node, Sublevels};
 use crate::analysis::box_eval::{BoxNumber, UniformInput};
 use crate::analysis::terms::{Sum, Term, difference};
 use crate::expression::ExprId;
@@ -16,29 +16,22 @@ use sdfc_vm::table::Op;
 /// Side of the box in which slopes without a limit are bounded.
 const BOX_SIZE: f64 = 2e3;
 
-impl Sublevels<'_> {
+impl Sublevels<'_, '_> {
     /// Returns the set of a number from the operand that it limits; `None` where it limits none.
     pub(super) fn without_limit(
         &mut self,
-        number: ExprId,
-        op: Op,
-        values: &[ExprId],
+        node: Node<'_>,
         level: Level,
         depth: u32,
     ) -> Option<Set> {
-        if !self.pieces.of(self.e, number).may_have_any() {
+        let Node { number, op, values } = node;
+        if !self.facts.pieces.of(self.e, number).may_have_any() {
             return None;
         }
         let set = match (op, values) {
             (Op::Min | Op::Max, &[a, b]) => {
-                let limited = if self.e.as_constant(a).is_some() {
-                    b
-                } else {
-                    a
-                };
-                let limit = if limited == a { b } else { a };
-                self.e.as_constant(limit)?;
-                let sets = [limited, limit].map(|id| self.below(id, level, depth));
+                self.constant_of([a, b])?;
+                let sets = [a, b].map(|id| self.below(id, level, depth));
                 Some(self.combined(op, sets))
             }
             (Op::Clamp, &[a, low, high]) => {
@@ -49,10 +42,8 @@ impl Sublevels<'_> {
             (Op::Smoothstep, &[from, to, a]) => {
                 self.below_slope_of_step([from, to, a], level, depth)
             }
-            (Op::Mul, &[a, b]) if self.are_switches([a, b]) => {
-                self.by_value(number, op, values, level, depth)
-            }
-            (Op::Step, _) => self.by_value(number, op, values, level, depth),
+            (Op::Mul, &[a, b]) if self.are_switches([a, b]) => self.by_value(node, level, depth),
+            (Op::Step, _) => self.by_value(node, level, depth),
             (Op::Add | Op::Sub | Op::Neg | Op::Mul | Op::Div, _) => {
                 self.without_inner_limit(number, level, depth)
             }
@@ -67,15 +58,17 @@ impl Sublevels<'_> {
         }
         match (op, values) {
             (Op::Min | Op::Max, &[a, b]) if level.value == 0.0 => {
-                let limit = if self.e.as_constant(a).is_some() {
-                    a
-                } else {
-                    b
-                };
+                let limit = self.constant_of([a, b])?;
                 Some(Set::Field(self.e.call(op, &[field, limit])))
             }
             _ => None,
         }
+    }
+
+    /// Returns the first of two numbers that is constant.
+    fn constant_of(&self, numbers: [ExprId; 2]) -> Option<ExprId> {
+        let mut numbers = numbers.into_iter();
+        numbers.find(|&number| self.e.as_constant(number).is_some())
     }
 
     /// Returns the set of a multiple of a limited number, plus a constant.

@@ -1,6 +1,6 @@
 //! Sets of products and quotients, from the signs of their factors.
 
-use super::{Level, Signs, Sublevels, is_above_zero};
+use super::{Level, Node, Signs, Sublevels, is_above_zero};
 use crate::expression::{ExprId, Expression, Expressions, Stage};
 use crate::sublevel::set::{Set, negated};
 use crate::uniforms::postorder;
@@ -69,13 +69,11 @@ impl Signs {
     }
 }
 
-impl Sublevels<'_> {
+impl Sublevels<'_, '_> {
     /// Returns the set at which a product or a quotient is negative, or not positive.
     pub(super) fn of_product(
         &mut self,
-        number: ExprId,
-        op: Op,
-        values: &[ExprId],
+        Node { number, op, values }: Node<'_>,
         level: Level,
         depth: u32,
     ) -> Option<Set> {
@@ -128,6 +126,7 @@ impl Sublevels<'_> {
     /// Returns the set of a product without odd powers, in which factors that are never negative are sets.
     fn of_powers(&mut self, product: ExprId, level: Level, depth: u32) -> Option<Set> {
         let (uniform, mut powers) = powers_of(self.e, product)?;
+        let count = powers.len();
         // A square is zero in sheets without thickness at most.
         if powers.iter().any(|power| power.is_odd) {
             powers.retain(|power| power.is_odd || !has_thin_zeros(self.e, power.base));
@@ -137,7 +136,7 @@ impl Sublevels<'_> {
         };
         let are_sets: Vec<bool> = powers.iter().map(|power| is_set(self, power)).collect();
         if !are_sets.contains(&true) {
-            let powers = self.rebuilt(product, &uniform, &powers, depth);
+            let powers = self.rebuilt(product, &uniform, &powers, powers.len() < count, depth);
             return Some(Set::Field(powers));
         }
         let mut signs = Signs::POSITIVE;
@@ -203,16 +202,15 @@ impl Sublevels<'_> {
         }
     }
 
-    /// Returns the product of numbers without plateaus, or the product as written.
+    /// Returns the product of numbers without plateaus, or the product as written if nothing of it is changed.
     fn rebuilt(
         &mut self,
         product: ExprId,
         uniform: &[ExprId],
         powers: &[Power],
+        mut is_changed: bool,
         depth: u32,
     ) -> ExprId {
-        let written = powers_of(self.e, product).map_or(0, |(_, written)| written.len());
-        let mut is_changed = written != powers.len();
         is_changed |= powers.iter().any(|power| power.is_odd && power.count > 1);
         let mut factors: Vec<ExprId> = powers.iter().map(|power| self.reduced(power)).collect();
         // Functions around single factors of a product do not determine how flat or steep it is.

@@ -5,7 +5,7 @@ use crate::analysis::terms::{Sum, Term, difference};
 use crate::expression::{ExprId, Expression};
 use sdfc_vm::table::Op;
 
-impl Sublevels<'_> {
+impl Sublevels<'_, '_> {
     /// Returns the set of a sum, or of a multiple, with a plateau at the level.
     pub(super) fn of_sum(&mut self, number: ExprId, level: Level, depth: u32) -> Option<Set> {
         let sum = Sum::of(self.e, number)?;
@@ -47,7 +47,7 @@ impl Sublevels<'_> {
     /// Returns the set of a sum in which the first term and the rest have plateaus at their highest or lowest values.
     fn of_extremes(&mut self, sum: &Sum, level: Level, depth: u32) -> Option<Set> {
         let Term { number, factor } = *sum.terms.first()?;
-        let mut values = self.pieces.of(self.e, number).values()?.to_vec();
+        let mut values = self.facts.pieces.of(self.e, number).values()?.to_vec();
         values.push(0.0);
         let rest = sum.without(0).build(self.e);
         values.into_iter().find_map(|value| {
@@ -79,7 +79,7 @@ impl Sublevels<'_> {
     /// Returns the set of a sum in which a term has few values.
     fn of_steps(&mut self, sum: &Sum, level: Level, depth: u32) -> Option<Set> {
         let (index, values) = (0..sum.terms.len()).find_map(|index| {
-            let pieces = self.pieces.of(self.e, sum.terms[index].number);
+            let pieces = self.facts.pieces.of(self.e, sum.terms[index].number);
             Some((index, pieces.all_values()?))
         })?;
         let Term { number, factor } = sum.terms[index];
