@@ -10,6 +10,8 @@ mod cutters_sloping;
 mod definedness;
 #[path = "elaborate/errors.rs"]
 mod errors;
+#[path = "elaborate/limits.rs"]
+mod limits;
 #[path = "elaborate/meaning.rs"]
 mod meaning;
 #[path = "elaborate/rules.rs"]
