@@ -21,6 +21,7 @@ mod conditions;
 mod integer_sum;
 mod jumps;
 mod limits;
+mod live;
 mod product;
 mod samples;
 mod set;
@@ -34,6 +35,7 @@ use crate::expression::{ExprId, Expression, Expressions, Stage};
 use crate::scene::NO_SURFACE_DISTANCE;
 use crate::uniforms::postorder;
 use jumps::without_wide_jumps;
+use live::{Replaced, by_live_cases};
 use samples::SampledValues;
 use sdfc_vm::bounds::Bounds;
 use sdfc_vm::interval::Interval;
@@ -64,7 +66,14 @@ pub(crate) fn without_plateaus(
     let mut facts = Facts::new(param_ranges);
     let same_values = without_wide_jumps(e, field, param_ranges, &mut facts);
     let same_sign = match by_sign && e.stage(same_values) > Stage::Uniform {
-        true => field_with_same_sign(e, same_values, param_ranges, &mut facts),
+        true => {
+            let replaced = Replaced {
+                field: same_values,
+                by: field_with_same_sign(e, same_values, param_ranges, &mut facts),
+                has_selections: facts.selections > 0,
+            };
+            by_live_cases(e, replaced, param_ranges)
+        }
         false => same_values,
     };
     Replacements {
