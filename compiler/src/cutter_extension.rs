@@ -27,6 +27,7 @@ mod regions;
 mod regular;
 mod rounded;
 mod section;
+mod separate_parts;
 mod sloping;
 mod straight;
 mod union_operands;
@@ -34,13 +35,14 @@ mod union_operands;
 use crate::analysis::bounds::{ShapeBounds, inverse};
 use crate::analysis::param_ranges::ParamRanges;
 use crate::expression::{ExprId, Expression};
+use crate::field_factors::uses_below;
 use crate::scene::{Scene, SceneRef, ShapeId, ShapeKind, children_mut};
 use sdfc_vm::bounds::Bounds;
 use sdfc_vm::real::Vector3;
 use sdfc_vm::row::SetOperation;
 use sdfc_vm::table::Op;
 use sdfc_vm::vector::V3;
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 /// Extensions of a face as fractions of the body's size, tried from the largest.
 const EXTENSION_FRACTIONS: [f64; 4] = [1.0, 0.25, 0.0625, 0.015625];
@@ -88,6 +90,7 @@ pub(crate) fn extend_cutters_with_bounds(
         current_bounds: ShapeBounds::at_time_and_values(0.0, HashMap::new()),
         ranges: ParamRanges::for_scene(SceneRef::from(&*scene)),
         is_live,
+        uses: uses_below(scene, root),
         scene,
     };
     extension.extend_in(root)
@@ -106,6 +109,8 @@ struct CutterExtension<'s> {
     current_bounds: ShapeBounds,
     /// Ranges of the parameters.
     ranges: ParamRanges,
+    /// All shapes, each with whether its sign alone counts.
+    uses: HashSet<(ShapeId, bool)>,
     /// True if a number of the scene depends on a live parameter or the time.
     is_live: bool,
     /// Results of `value_unit`.
@@ -168,6 +173,19 @@ impl CutterExtension<'_> {
         let mut kind = self.kind(id).clone();
         for child in children_mut(&mut kind) {
             *child = self.extend_in(*child);
+        }
+        let parts = match &kind {
+            ShapeKind::Combine {
+                op: Op::Subtraction,
+                children,
+                ..
+            } => self.separated(id, children),
+            _ => None,
+        };
+        if let Some(parts) = parts {
+            let result = self.scene.derived(id, parts);
+            self.extended.insert(id, result);
+            return result;
         }
         match &mut kind {
             ShapeKind::Combine {

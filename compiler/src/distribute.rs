@@ -157,7 +157,7 @@ impl MapDistributor<'_> {
 }
 
 /// Reports whether a shape is lowered to a step together with everything inside it.
-fn is_space_map(kind: &ShapeKind) -> bool {
+pub(crate) fn is_space_map(kind: &ShapeKind) -> bool {
     matches!(
         kind,
         ShapeKind::Warp { .. }

@@ -19,15 +19,7 @@ use std::collections::{HashMap, HashSet};
 /// with a stated slope keeps its factors. That slope says nothing about a field without its odd functions. A field that
 /// is negative nowhere is no shape; returns warnings of these.
 pub(crate) fn remove_factors(scene: &mut Scene, root: ShapeId) -> Vec<Diagnostic> {
-    // Each shape, with whether its sign alone counts.
-    let start = (root, true);
-    let (mut visited, mut pending) = (HashSet::from([start]), vec![start]);
-    while let Some((id, by_sign)) = pending.pop() {
-        let kind = &scene.shapes[id.0 as usize].kind;
-        let by_sign = by_sign && keeps_signs(kind);
-        let operands = children(kind).iter().map(|&child| (child, by_sign));
-        pending.extend(operands.filter(|&operand| visited.insert(operand)));
-    }
+    let visited = uses_below(scene, root);
     let ranges = ParamRanges::for_scene(SceneRef::from(&*scene));
     let mut warnings = Vec::new();
     // In the order of the text, so that numbers are built in the same order each time.
@@ -59,6 +51,19 @@ pub(crate) fn remove_factors(scene: &mut Scene, root: ShapeId) -> Vec<Diagnostic
         }
     }
     warnings
+}
+
+/// Returns the shapes below a shape, each with whether its sign alone counts.
+pub(crate) fn uses_below(scene: &Scene, root: ShapeId) -> HashSet<(ShapeId, bool)> {
+    let start = (root, true);
+    let (mut visited, mut pending) = (HashSet::from([start]), vec![start]);
+    while let Some((id, by_sign)) = pending.pop() {
+        let kind = &scene.shapes[id.0 as usize].kind;
+        let by_sign = by_sign && keeps_signs(kind);
+        let operands = children(kind).iter().map(|&child| (child, by_sign));
+        pending.extend(operands.filter(|&operand| visited.insert(operand)));
+    }
+    visited
 }
 
 /// Reports whether the sign of a shape follows from the signs of the shapes directly below it.

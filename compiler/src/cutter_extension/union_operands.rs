@@ -79,7 +79,7 @@ fn has_seams(scene: &Scene, id: ShapeId) -> bool {
 }
 
 /// Reports whether all parts of a shape have the same material, or none.
-fn has_one_material(scene: &Scene, id: ShapeId) -> bool {
+pub(super) fn has_one_material(scene: &Scene, id: ShapeId) -> bool {
     let mut materials = HashSet::new();
     let mut visited = HashSet::from([id]);
     let mut pending = vec![id];
