@@ -392,6 +392,15 @@ fn wide_lights_depend_only_on_surfaces() {
         ],
         MAX_EDGE_CHANNELS,
     ));
+    // A dent, whose cutter ends in the surface of the ball.
+    let dent = "sphere(0.2).translate(0, 0.35, -0.3)";
+    pairs.push((
+        [
+            format!("({ball} - ({dent} & {ball}))"),
+            format!("({ball} - {dent})"),
+        ],
+        MAX_EDGE_CHANNELS,
+    ));
     let mut failures = Vec::new();
     for light in [
         "dir: [0.5, 0.8, 0.3], shadow: soft(0.4)",
