@@ -222,6 +222,26 @@ fn stated_slopes_change_no_penumbra() {
     }
 }
 
+/// A factor on a field changes no penumbra of a narrow light, where the slope bound that is found is loose. Along rays to
+/// the light the factor falls, and values are not lowest beside the surface.
+#[test]
+fn factors_on_fields_with_loose_bounds_change_no_penumbra() {
+    let scene = |factor: &str| {
+        format!(
+            "camera {{ from: [3, 2.5, 4], look: [0, 0, 0], fov: 38deg }}\n\
+             light {{ dir: [-1, 2, 1], intensity: 1, shadow: soft(0.09) }}\n\
+             sky {{ ambient: 0 }}\n\
+             render {{ occlusion: off, tonemap: none }}\n\
+             fn ball(p: vec3) -> float {{ length(p) - 0.7 + 0.4 * p.x * p.y / (length(p.xy) + 0.001) }}\n\
+             (field(fn(p) => ball(p){factor}) & box(2.2)) | plane(Y, at: -1.3)"
+        )
+    };
+    for factor in [" * exp(-2 * p.y)", " * (1.3 - p.y)"] {
+        let channels = differing_channels(&scene(""), &scene(factor));
+        assert_eq!(channels, 0, "{factor}");
+    }
+}
+
 /// A stated slope of a field for which no bound is found adds samples on steps. Beside a bound that is found, it is not used.
 /// Neither the statement nor its size changes a pixel.
 #[test]
@@ -389,6 +409,15 @@ fn wide_lights_depend_only_on_surfaces() {
         [
             slotted("box(0.2, 0.6, 2).translate(0.1, 0.2, 0).mirror(X)"),
             slotted("box(0.4, 0.6, 2).translate(0, 0.2, 0)"),
+        ],
+        MAX_EDGE_CHANNELS,
+    ));
+    // A dent, whose cutter ends in the surface of the ball.
+    let dent = "sphere(0.2).translate(0, 0.35, -0.3)";
+    pairs.push((
+        [
+            format!("({ball} - ({dent} & {ball}))"),
+            format!("({ball} - {dent})"),
         ],
         MAX_EDGE_CHANNELS,
     ));

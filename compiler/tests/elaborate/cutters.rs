@@ -40,6 +40,22 @@ const EXTENDED_CASES: &[Case] = &[
         [0.0, 0.5, 0.0],
         0.866_025,
     ),
+    // Through a side of a regular prism, and with rounded edges.
+    (
+        "box([4, 1, 4]) - prism(n: 6, r: 1, h: 2).translate(0, 0, 2 - sqrt(3) / 2)",
+        [0.0, 0.0, 2.0],
+        0.5,
+    ),
+    (
+        "box([4, 1, 4]) - box([1, 1, 1], round: 0.2)",
+        [0.0, 0.5, 0.0],
+        0.3,
+    ),
+    (
+        "box([4, 1, 4]) - cylinder(r: 0.5, h: 1, round: 0.2)",
+        [0.0, 0.5, 0.0],
+        0.3,
+    ),
     // Along each axis of a box, through its end and into its side.
     (
         "box([4, 1, 4]) - box([2, 1, 2]).translate(1, 0, 1)",

@@ -95,7 +95,7 @@ fn from_inside_of_solids() {
     }
 }
 
-/// A point light between a surface and a wall behind the light: shadow rays end at the light.
+/// Point lights between a surface and a wall behind them, one close to the wall: shadow rays end at the light.
 #[test]
 fn walls_behind_lights_cast_no_shadow() {
     let mut scene = module(
@@ -110,14 +110,16 @@ fn walls_behind_lights_cast_no_shadow() {
         Shadow::Sized(size),
         Shadow::Hard,
     ] {
-        scene.settings.lights[0].source = LightSource::Point(constants([0.1, 0.2, -0.8]));
-        scene.settings.lights[0].shadow = shadow;
-        let front = view(
-            [0.5, 1.5, 4.0],
-            [0.0, -0.5, 0.0],
-            ResolvedLens::Perspective(0.7),
-        );
-        compare_renders(&scene, front, Occlusion::Off);
+        for z in [-0.8, -0.89] {
+            scene.settings.lights[0].source = LightSource::Point(constants([0.1, 0.2, z]));
+            scene.settings.lights[0].shadow = shadow;
+            let front = view(
+                [0.5, 1.5, 4.0],
+                [0.0, -0.5, 0.0],
+                ResolvedLens::Perspective(0.7),
+            );
+            compare_renders(&scene, front, Occlusion::Off);
+        }
     }
 }
 
