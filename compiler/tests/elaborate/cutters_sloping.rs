@@ -139,17 +139,17 @@ const EXTENDED_CASES: &[Case] = &[
     ),
 ];
 
-/// Cutters that are not extended, or only as far as possible.
+/// Cutters that are not extended, or only as far as possible. The parts of a union within a box stay together.
 const UNCHANGED_CASES: &[Case] = &[
     // A roof that the prolonged cone would cut, and one right above the mouth.
     (
-        "box([6, 1, 6]) | box([6, 1, 6]).translate(0, 1.001, 0)",
+        "(box([6, 1, 6]) | box([6, 1, 6]).translate(0, 1.001, 0)) & box(20)",
         "cone(r1: 0.5, r2: 1, h: 1)",
         [0.0, 0.5, 0.0],
         0.0,
     ),
     (
-        "box([6, 1, 6]) | (box([6, 2, 6]).translate(0, 1.5, 0) - cylinder(r: 1, h: 2).translate(0, 1.5, 0))",
+        "(box([6, 1, 6]) | (box([6, 2, 6]).translate(0, 1.5, 0) - cylinder(r: 1, h: 2).translate(0, 1.5, 0))) & box(20)",
         "cone(r1: 0.5, r2: 1, h: 1)",
         [0.0, 0.5, 0.0],
         0.0,
@@ -176,13 +176,13 @@ const UNCHANGED_CASES: &[Case] = &[
     ),
     // A groove below a second body, and one that would intersect itself where it cuts another body.
     (
-        "box([4, 4, 2]) | box([4, 1, 2]).translate(0, 2.501, 0)",
+        "(box([4, 4, 2]) | box([4, 1, 2]).translate(0, 2.501, 0)) & box(20)",
         "polygon([[-0.5, 1], [0.5, 1], [1, 2], [-1, 2]]).extrude(2)",
         [0.0, 2.0, 0.0],
         0.0,
     ),
     (
-        "box([4, 4, 2]) | box([1, 1, 2]).translate(1.75, 2.5, 0)",
+        "(box([4, 4, 2]) | box([1, 1, 2]).translate(1.75, 2.5, 0)) & box(20)",
         "polygon([[-0.5, 1.5], [0.5, 1.5], [1.25, 2], [-1.25, 2]]).extrude(2)",
         [0.0, 2.0, 0.0],
         0.0,
@@ -195,7 +195,7 @@ const UNCHANGED_CASES: &[Case] = &[
     ),
     // A rim around the mouth.
     (
-        "box([6, 1, 6]) | (cylinder(r: 1.5, h: 1).translate(0, 1, 0) - cylinder(r: 1, h: 1).translate(0, 1, 0))",
+        "(box([6, 1, 6]) | (cylinder(r: 1.5, h: 1).translate(0, 1, 0) - cylinder(r: 1, h: 1).translate(0, 1, 0))) & box(20)",
         "polygon([[0, -0.5], [0.5, -0.5], [1, 0.5], [0, 0.5]]).revolve()",
         [0.0, 0.5, 0.0],
         0.0,
@@ -209,7 +209,7 @@ const UNCHANGED_CASES: &[Case] = &[
     ),
     // Twisted, with a neighbour above.
     (
-        "box([6, 1, 6]) | box([6, 1, 6]).translate(0, 1.001, 0)",
+        "(box([6, 1, 6]) | box([6, 1, 6]).translate(0, 1.001, 0)) & box(20)",
         "box([1, 1, 1]).twist(2deg)",
         [0.0, 0.5, 0.0],
         0.0,
