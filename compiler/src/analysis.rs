@@ -11,6 +11,7 @@ pub(crate) mod definedness;
 pub(crate) mod enclosure;
 pub(crate) mod extent;
 pub(crate) mod extents;
+pub(crate) mod overflow;
 pub(crate) mod param_ranges;
 pub(crate) mod pieces;
 pub mod range;

@@ -5,6 +5,7 @@
 //! keep it.
 
 use crate::analysis::definedness::parts_by_definedness;
+use crate::analysis::overflow::outside_where_overflown;
 use crate::analysis::param_ranges::ParamRanges;
 use crate::elaborate::field_without_inside;
 use crate::expression::{ExprId, Expression, Expressions, Stage};
@@ -42,6 +43,10 @@ pub(crate) fn remove_factors(scene: &mut Scene, root: ShapeId) -> Vec<Diagnostic
             if slope.is_none() {
                 *value = without_factors(&mut scene.expressions, field, &ranges);
             }
+        }
+        let is_operand = ShapeId(index) != root;
+        *value = outside_where_overflown(&mut scene.expressions, *value, is_operand, &ranges);
+        if by_sign {
             // A field that is defined nowhere is reported as such.
             let is_undefined = scene.expressions.as_constant(*value) == Some(NO_SURFACE_DISTANCE);
             if !is_undefined && ranges.number(&scene.expressions, *value).lo >= 0.0 {

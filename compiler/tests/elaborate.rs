@@ -14,6 +14,8 @@ mod errors;
 mod limits;
 #[path = "elaborate/meaning.rs"]
 mod meaning;
+#[path = "elaborate/overflow.rs"]
+mod overflow;
 #[path = "elaborate/rules.rs"]
 mod rules;
 #[path = "elaborate/seams.rs"]

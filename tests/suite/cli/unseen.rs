@@ -52,6 +52,11 @@ const SCENES: &[(&str, &str, &str)] = &[
              [a.x*a.x - a.y*a.y - a.z*a.z - a.w*a.w, 2*a.x*a.y, 2*a.x*a.z, 2*a.x*a.w] + c;\n\
          fn it(a: vec4, c: vec4, n) -> vec4 = if n == 0 { a } else { it(q2(a, c), c, n - 1) };\n\
          field(fn(p) => length(it([p.x, p.y, p.z, 0], [-0.2, 0.6, 0.2, 0.2], 9)) - 2, within: 4)",
+        "",
+    ),
+    (
+        "a ball whose size is a power that overflows",
+        "field(fn(p) => length(p) - 1 - 0.5 * saturate(pow(p.x * 20, 60) - pow(p.y * 20, 60)), within: 3)",
         "the field overflows f32",
     ),
     (
