@@ -19,6 +19,7 @@ use sdfc_vm::apply::{Apply, OpResult, apply, pack_parameters};
 use sdfc_vm::bounds::Bounds;
 use sdfc_vm::dual::Dual;
 use sdfc_vm::interval::Interval;
+use sdfc_vm::ops::math;
 use sdfc_vm::real::Vector3;
 use sdfc_vm::row::SlopeRule;
 use sdfc_vm::table::Op;
@@ -392,6 +393,24 @@ fn cost(op: Op) -> usize {
     }
 }
 
+/// Returns the result of an operation that most fields consist of, without the dispatch over the table.
+#[inline(always)]
+fn frequent<R: BoxValue>(op: Op, values: &[usize], previous: &[R]) -> Option<R> {
+    let operand = |index: usize| previous[values[index]];
+    let value = match op {
+        Op::Add => math::add(operand(0), operand(1)),
+        Op::Sub => math::sub(operand(0), operand(1)),
+        Op::Mul => math::mul(operand(0), operand(1)),
+        Op::Min => math::min(operand(0), operand(1)),
+        Op::Max => math::max(operand(0), operand(1)),
+        Op::Neg => math::neg(operand(0)),
+        Op::Abs => math::abs(operand(0)),
+        Op::Square => math::square(operand(0)),
+        _ => return None,
+    };
+    Some(value)
+}
+
 impl<R: BoxValue> BoxStep<R> {
     /// Returns the result in a box, from the results of earlier steps.
     fn value(&self, bounds: &Bounds, ranges: &[Interval], previous: &[R]) -> R {
@@ -416,6 +435,9 @@ impl<R: BoxValue> BoxStep<R> {
                 values,
                 parameters,
             } => {
+                if let Some(value) = frequent(*op, values, previous) {
+                    return value;
+                }
                 let everywhere = R::from_range(Interval::ALL);
                 let [x, y, z] = point.map_or([everywhere; 3], |p| p.map(|index| previous[index]));
                 let mut operands = [R::from_range(Interval::point(0.0)); 3];

@@ -98,7 +98,8 @@ pub(crate) fn slope_bound(
         budget,
         [MAX_BOXES, MAX_BOXES_WHILE_INFINITE],
     );
-    found_slope(bound, search, region)
+    let best_sample = search.best_lower_bound();
+    found_slope(bound, best_sample, || steepest_of(search_slopes(search, region)))
 }
 
 /// Runs a search and returns its final bound. Arguments: the maximum number of boxes, and the maximum
@@ -226,22 +227,28 @@ pub(crate) fn capped_field(
 }
 
 /// Returns the bound of a search unless it is useless for marching, see [`MAX_SLOPE_RATIO`]. Where all samples are flat,
-/// it is not known to be.
-fn found_slope(bound: f64, search: SlopeSearch, region: &Bounds) -> Option<FoundSlope> {
+/// it is not known to be. `best_sample` is the steepest slope that the search has met, and `steepest_sample` returns
+/// that at the sample points of the region.
+fn found_slope(
+    bound: f64,
+    best_sample: f64,
+    steepest_sample: impl FnOnce() -> f64,
+) -> Option<FoundSlope> {
     if bound >= MAX_SLOPE {
         return None;
     }
-    let best_sample = search.best_lower_bound();
     let found = FoundSlope::new(bound, best_sample);
     if found.is_close {
         return Some(found);
     }
-    let samples = search_slopes(search, region);
-    let steepest = samples
-        .iter()
-        .fold(best_sample, |max, (slope, _)| slope.max(max));
+    let steepest = best_sample.max(steepest_sample());
     let is_useless = steepest > 0.0 && bound > steepest * MAX_SLOPE_RATIO;
     (!is_useless).then(|| FoundSlope::new(bound, steepest))
+}
+
+/// Returns the steepest of sampled slopes; zero for none.
+fn steepest_of(samples: Vec<(f64, [f64; 3])>) -> f64 {
+    samples.iter().fold(0.0, |max, (slope, _)| slope.max(max))
 }
 
 /// Reports whether a slope is so large that a bound [`MAX_SLOPE_RATIO`] times as large is no bound to

@@ -2,7 +2,7 @@
 
 use super::{
     Budget, MAX_BOXES, MAX_BOXES_WHILE_INFINITE, SAMPLE_POINTS, SlopeSearch, found_slope,
-    run_search, sample_points,
+    run_search, sample_points, search_slopes, steepest_of,
 };
 use crate::analysis::box_eval::HeldBranches;
 use crate::analysis::param_ranges::ParamRanges;
@@ -59,7 +59,27 @@ impl<'a> RegionBounds<'a> {
             self.budget,
             [MAX_BOXES, MAX_BOXES_WHILE_INFINITE],
         );
-        found_slope(bound, search, self.region).map(|found| found.bound)
+        let best_sample = search.best_lower_bound();
+        let steepest_sample = || match numbers {
+            &[number] => self.steepest_sample(expressions, number),
+            _ => steepest_of(search_slopes(search, self.region)),
+        };
+        found_slope(bound, best_sample, steepest_sample).map(|found| found.bound)
+    }
+
+    /// Returns the steepest slope of the sample points.
+    fn steepest_sample(&mut self, expressions: &Expressions, number: ExprId) -> f64 {
+        let slopes = self.sampled_slopes(expressions, number);
+        let finite = slopes.iter().filter(|slope| slope.is_finite());
+        finite.fold(0.0, |max, &slope| max.max(slope))
+    }
+
+    /// Returns the slopes of the sample points.
+    fn sampled_slopes(&mut self, expressions: &Expressions, number: ExprId) -> &[f64] {
+        if !self.sampled.contains_key(&number) {
+            self.sample(expressions, number);
+        }
+        self.sampled.get(&number).map_or(&[], Vec::as_slice)
     }
 
     /// Returns the median slope of the sample points.
@@ -68,10 +88,10 @@ impl<'a> RegionBounds<'a> {
         expressions: &Expressions,
         number: ExprId,
     ) -> Option<f64> {
-        if !self.sampled.contains_key(&number) {
-            self.sample(expressions, number);
+        let mut slopes = self.sampled_slopes(expressions, number).to_vec();
+        if slopes.is_empty() {
+            return None;
         }
-        let mut slopes = self.sampled.get(&number)?.clone();
         let middle = slopes.len() / 2;
         let (_, median, _) = slopes.select_nth_unstable_by(middle, f64::total_cmp);
         Some(*median)
