@@ -99,7 +99,9 @@ pub(crate) fn slope_bound(
         [MAX_BOXES, MAX_BOXES_WHILE_INFINITE],
     );
     let best_sample = search.best_lower_bound();
-    found_slope(bound, best_sample, || steepest_of(search_slopes(search, region)))
+    found_slope(bound, best_sample, || {
+        steepest_of(search_slopes(search, region))
+    })
 }
 
 /// Runs a search and returns its final bound. Arguments: the maximum number of boxes, and the maximum
