@@ -258,7 +258,6 @@ impl<R: BoxValue> BoxNumber<R> {
 
     /// Adds a step, or its result where that is the same in all boxes.
     fn add(&mut self, step: BoxStep<R>) {
-        let value = step.value(&Bounds::ALL_SPACE, &[], &self.values);
         let is_known = |&index: &usize| self.constant_range(index).is_some();
         let is_same = match &step {
             BoxStep::Known(_) => true,
@@ -285,6 +284,10 @@ impl<R: BoxValue> BoxNumber<R> {
             }
             _ => {}
         }
+        let value = match is_same {
+            true => step.value(&Bounds::ALL_SPACE, &[], &self.values),
+            false => R::from_range(Interval::ALL),
+        };
         self.values.push(value);
         self.relative.push(None);
         self.steps
