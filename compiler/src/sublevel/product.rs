@@ -136,6 +136,9 @@ impl Sublevels<'_, '_> {
         };
         let are_sets: Vec<bool> = powers.iter().map(|power| is_set(self, power)).collect();
         if !are_sets.contains(&true) {
+            if let Some(signs) = self.signs_of_multiple(&uniform, &powers, depth) {
+                return Some(signs.below(level, self.e));
+            }
             let powers = self.rebuilt(product, &uniform, &powers, powers.len() < count, depth);
             return Some(Set::Field(powers));
         }
@@ -172,6 +175,28 @@ impl Sublevels<'_, '_> {
         Some(match (scale, signs.below(level, self.e)) {
             (Some(scale), Set::Field(field)) => Set::Field(self.e.call(Op::Mul, &[scale, field])),
             (_, set) => set,
+        })
+    }
+
+    /// Returns the signs of a multiple of a number whose parts have plateaus: they are those of the number alone. `None` for
+    /// other products.
+    fn signs_of_multiple(
+        &mut self,
+        uniform: &[ExprId],
+        powers: &[Power],
+        depth: u32,
+    ) -> Option<Signs> {
+        let &[power @ Power { is_odd: true, .. }] = powers else {
+            return None;
+        };
+        let factor = self.reduced(&power);
+        let signs = self.signs(factor, depth);
+        if signs.field(self.e).is_some() {
+            return None;
+        }
+        uniform.iter().try_fold(signs, |signs, &factor| {
+            let factor = self.signs_of_uniform(factor)?;
+            Some(signs.times(factor, self.e))
         })
     }
 

@@ -12,6 +12,8 @@ use sdfc_vm::interval::Interval;
 use sdfc_vm::program::Program;
 use sdfc_vm::vector::V3;
 
+/// Value above which the compiler may limit a field that exceeds `f32` elsewhere.
+const OVERFLOW_LIMIT: f64 = 1e30;
 /// Number of boxes per program.
 const BOXES_PER_PROGRAM: usize = 15;
 /// Number of points per box.
@@ -78,7 +80,7 @@ fn find_violation(tested: &TestShape, program: &Program, seed: u64) -> Option<St
                     ));
                 }
             }
-            let truth = tested.oracle.value(p);
+            let truth = tested.oracle.value(p).min(OVERFLOW_LIMIT);
             if compares_oracle && !contains(values, truth, 8.0 * MAX_ROUNDING_PER_SIZE * scale) {
                 return Some(format!(
                     "{truth} by the oracle at {p:?} is not in {values:?} of {sides:?}"
