@@ -12,6 +12,8 @@
 //! sides). A face that depends on live parameters is moved if the body's outermost face depends on them in the
 //! same way (`live`).
 //!
+//! Parts of the body that no cutter touches leave the subtraction first (`separate_parts`).
+//!
 //! A shape that was tried in vain stays in the scene, unused: caches hold facts by the places of shapes.
 
 mod convex;
