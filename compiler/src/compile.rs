@@ -2,6 +2,8 @@
 
 use crate::analysis::bounds::ShapeBounds;
 use crate::analysis::extents::{SolidParts, extents};
+use crate::analysis::overflow::limit_overflow;
+use crate::analysis::param_ranges::ParamRanges;
 use crate::analysis::slope::ShapeSlopes;
 use crate::analysis::subject::{outline, subject};
 use crate::analysis::visible_bounds::scene_size;
@@ -161,7 +163,9 @@ pub(crate) fn compile_with(
     let Some(root) = select_root(&scene, options) else {
         return (None, vec![nothing_to_draw(&scene, options)]);
     };
-    let empty_fields = remove_factors(&mut scene, root);
+    let param_ranges = ParamRanges::for_scene(SceneRef::from(&scene));
+    let empty_fields = remove_factors(&mut scene, root, &param_ranges);
+    limit_overflow(&mut scene, root, &param_ranges);
     let mut uniforms = Uniforms::new(scene.params.iter().map(|param| param.value.len()));
     let mut bounds_for_all_params = ShapeBounds::for_all_params();
     let root = extend_cutters_with_bounds(&mut scene, &mut bounds_for_all_params, root);

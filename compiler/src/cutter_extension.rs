@@ -10,7 +10,7 @@
 //! Walls that are straight at the face keep their profile (`straight`), also within rounded shapes (`rounded`).
 //! Sloping walls are prolonged (`sloping` for solids, `polygon` for polygons, `regular` for those with equal
 //! sides). A face that depends on live parameters is moved if the body's outermost face depends on them in the
-//! same way (`live`).
+//! same way (`live`). Sides that enclose the body are removed (`covered_sides`).
 //!
 //! Parts of the body that no cutter touches leave the subtraction first (`separate_parts`).
 //!
@@ -18,6 +18,8 @@
 
 mod convex;
 mod cover;
+mod covered_sides;
+mod exclusive;
 mod free_space;
 mod half_spaces;
 mod linear;
@@ -176,16 +178,21 @@ impl CutterExtension<'_> {
         for child in children_mut(&mut kind) {
             *child = self.extend_in(*child);
         }
-        let parts = match &kind {
+        let rewritten = match &kind {
             ShapeKind::Combine {
                 op: Op::Subtraction,
                 children,
                 ..
             } => self.separated(id, children),
+            ShapeKind::Combine {
+                op: Op::Xor,
+                children,
+                ..
+            } => self.as_subtraction(id, children),
             _ => None,
         };
-        if let Some(parts) = parts {
-            let result = self.scene.derived(id, parts);
+        if let Some(rewritten) = rewritten {
+            let result = self.scene.derived(id, rewritten);
             self.extended.insert(id, result);
             return result;
         }
@@ -375,29 +382,16 @@ impl CutterExtension<'_> {
                 children,
                 ..
             } => {
-                // One after the other: an extension of one operand is clipped by the others as extended so
-                // far.
-                for index in 0..children.len() {
-                    let others = (0..children.len()).filter(|&other| other != index);
-                    let others: Vec<ShapeId> = others.map(|other| children[other]).collect();
-                    children[index] = self.widen_half_space(children[index], &others, path, cut);
-                    let clip = others
-                        .iter()
-                        .map(|&other| self.bounds(other))
-                        .fold(Bounds::ALL_SPACE, |common, bounds| {
-                            common.intersection(&bounds)
-                        });
-                    path.push(PathStep::Clip(clip));
-                    children[index] = self.extend_cutter(children[index], path, cut);
-                    path.pop();
-                }
-                return self.with_kind(id, kind);
+                return self.extend_intersection(id, children.clone(), path, cut);
             }
             ShapeKind::Combine {
                 op: Op::Subtraction,
                 children,
                 ..
             } => {
+                if self.covers_body(children[0], path, cut) {
+                    return self.complement_of(id, children[1..].to_vec());
+                }
                 children[0] = self.extend_cutter(children[0], path, cut);
                 return self.with_kind(id, kind);
             }
@@ -444,6 +438,9 @@ impl CutterExtension<'_> {
                 op: Op::Extrude | Op::RoundedExtrude,
                 ..
             } => {
+                if let Some(slab) = self.as_slab(id, path, cut) {
+                    return slab;
+                }
                 let bounds = self.bounds(id);
                 Some(PathStep::along_z(bounds.min[2], bounds.max[2]))
             }
@@ -462,14 +459,53 @@ impl CutterExtension<'_> {
         }
     }
 
+    /// Extends the operands of an intersection, and removes those that enclose the body.
+    fn extend_intersection(
+        &mut self,
+        id: ShapeId,
+        children: Vec<ShapeId>,
+        path: &mut Vec<PathStep>,
+        cut: &mut CutContext,
+    ) -> ShapeId {
+        let mut children = self.without_covering_operands(&children, path, cut);
+        if let &[child] = children.as_slice() {
+            return self.extend_cutter(child, path, cut);
+        }
+        // One after the other: an extension of one operand is clipped by the others as extended so far.
+        for index in 0..children.len() {
+            let others = (0..children.len()).filter(|&other| other != index);
+            let others: Vec<ShapeId> = others.map(|other| children[other]).collect();
+            children[index] = self.widen_half_space(children[index], &others, path, cut);
+            let clip = others
+                .iter()
+                .map(|&other| self.bounds(other))
+                .fold(Bounds::ALL_SPACE, |common, bounds| {
+                    common.intersection(&bounds)
+                });
+            path.push(PathStep::Clip(clip));
+            children[index] = self.extend_cutter(children[index], path, cut);
+            path.pop();
+        }
+        let kind = ShapeKind::Combine {
+            op: Op::Intersection,
+            children,
+            parameters: Vec::new(),
+        };
+        self.with_kind(id, kind)
+    }
+
     /// Extends a solid or a 2-D shape of the table.
     fn extend_primitive(&mut self, id: ShapeId, path: &[PathStep], cut: &CutContext) -> ShapeId {
+        if let Some(slab) = self.as_slab(id, path, cut) {
+            return slab;
+        }
         if let Some(extended) = self.extend_regular_sides(id, path, cut) {
             return extended;
         }
         let id = self.extend_flat_faces(id, path, cut);
         let id = self.extend_sloped_faces(id, path, cut);
-        self.extend_rounded_faces(id, path, cut)
+        let id = self.extend_rounded_faces(id, path, cut);
+        self.without_covering_sides(id, path, cut).unwrap_or(id)
     }
 
     fn constants(&self, ids: &[ExprId]) -> Option<Vec<f64>> {

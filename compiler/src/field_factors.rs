@@ -5,11 +5,10 @@
 //! keep it.
 
 use crate::analysis::definedness::parts_by_definedness;
-use crate::analysis::overflow::outside_where_overflown;
 use crate::analysis::param_ranges::ParamRanges;
 use crate::elaborate::field_without_inside;
 use crate::expression::{ExprId, Expression, Expressions, Stage};
-use crate::scene::{NO_SURFACE_DISTANCE, Scene, SceneRef, ShapeId, ShapeKind, children};
+use crate::scene::{NO_SURFACE_DISTANCE, Scene, ShapeId, ShapeKind, children};
 use crate::sublevel::without_plateaus;
 use crate::uniforms::postorder;
 use sdfc_lang::Diagnostic;
@@ -19,9 +18,12 @@ use std::collections::{HashMap, HashSet};
 /// Removes the factors of all fields below a shape whose sign alone counts, and odd functions around them. A field
 /// with a stated slope keeps its factors. That slope says nothing about a field without its odd functions. A field that
 /// is negative nowhere is no shape; returns warnings of these.
-pub(crate) fn remove_factors(scene: &mut Scene, root: ShapeId) -> Vec<Diagnostic> {
+pub(crate) fn remove_factors(
+    scene: &mut Scene,
+    root: ShapeId,
+    ranges: &ParamRanges,
+) -> Vec<Diagnostic> {
     let visited = uses_below(scene, root);
-    let ranges = ParamRanges::for_scene(SceneRef::from(&*scene));
     let mut warnings = Vec::new();
     // In the order of the text, so that numbers are built in the same order each time.
     for (index, shape) in (0..).zip(&mut scene.shapes) {
@@ -33,7 +35,7 @@ pub(crate) fn remove_factors(scene: &mut Scene, root: ShapeId) -> Vec<Diagnostic
             continue;
         }
         let by_sign = by_sign && !by_value;
-        let fields = without_plateaus(&mut scene.expressions, *value, by_sign, &ranges);
+        let fields = without_plateaus(&mut scene.expressions, *value, by_sign, ranges);
         *value = fields.same_values;
         if by_sign {
             let field = fields.same_sign;
@@ -41,11 +43,9 @@ pub(crate) fn remove_factors(scene: &mut Scene, root: ShapeId) -> Vec<Diagnostic
                 (*value, *slope) = (field, None);
             }
             if slope.is_none() {
-                *value = without_factors(&mut scene.expressions, field, &ranges);
+                *value = without_factors(&mut scene.expressions, field, ranges);
             }
         }
-        let is_operand = ShapeId(index) != root;
-        *value = outside_where_overflown(&mut scene.expressions, *value, is_operand, &ranges);
         if by_sign {
             // A field that is defined nowhere is reported as such.
             let is_undefined = scene.expressions.as_constant(*value) == Some(NO_SURFACE_DISTANCE);

@@ -137,8 +137,11 @@ fn dark_light_note(
     settings: &RenderSettings,
     light: &ResolvedLight,
 ) -> Option<String> {
-    let LightEmitter::Point(position) = light.source else {
-        return None;
+    let position = match light.source {
+        LightEmitter::Point(position) => position,
+        LightEmitter::Directional(direction) => {
+            return buried_light_note(settings, light, direction);
+        }
     };
     let surface_distance = f64::from(field_at(module, position));
     if surface_distance < 0.0 {
@@ -161,6 +164,31 @@ fn dark_light_note(
             format_point(position),
             format_number(surface_distance),
             format_number((surface_distance * surface_distance).round())
+        )
+    })
+}
+
+/// Sine of the angle below a floor from which on light counts as coming from below.
+const MIN_BURIED_SINE: f64 = 1e-3;
+
+/// Explains why a light at infinity has no visible effect: it shines through an endless solid, such as a floor.
+fn buried_light_note(
+    settings: &RenderSettings,
+    light: &ResolvedLight,
+    direction: [f64; 3],
+) -> Option<String> {
+    let to_light = DVec3::from(direction).normalize_or_zero();
+    let is_through = settings.enclosure.iter().any(|enclosure| {
+        let mut solid = enclosure.half_spaces[..enclosure.solid_half_spaces].iter();
+        solid.any(|&[x, y, z, _]| DVec3::new(x, y, z).dot(to_light) < -MIN_BURIED_SINE)
+    });
+    let [x, y, z] = direction.map(|component| if component == 0.0 { 0.0 } else { -component });
+    (is_through && light.shadow != ResolvedShadow::None).then(|| {
+        format!(
+            "the light from {} shines through a floor, a wall or a ceiling without an end, which blocks all of it. `dir` points \
+             from the scene towards the light: perhaps `dir: {}` was meant; or give it `shadow: none`",
+            format_point(direction),
+            format_point([x, y, z])
         )
     })
 }

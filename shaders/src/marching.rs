@@ -589,7 +589,7 @@ fn short_step<R: Real>(half_pixel: R, threshold: R, count: R) -> R {
 /// Returns the factor on the minimum step of a ray close to zero after `count` steps; 1 during the first
 /// `free_steps`.
 #[inline(always)]
-pub(crate) fn speedup_after<R: Real>(count: R, free_steps: f64) -> R {
+pub fn speedup_after<R: Real>(count: R, free_steps: f64) -> R {
     let late =
         ((count - lit(free_steps)).max(lit(0.0)) * lit(1.0 / SPEEDUP_DOUBLING_STEPS)).named("late");
     late * late * late + lit(1.0)

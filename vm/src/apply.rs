@@ -302,6 +302,22 @@ macro_rules! record_parameter {
 
 for_each_operation!(define_apply);
 
+macro_rules! define_body_names {
+    ($(
+        $(#[doc = $doc:literal])+
+        $name:ident $text:literal = $module:ident::$body:ident($($signature:tt)*)
+            -> $output:ident, $prepare:ident::$prepared:ident, $facts:expr;
+    )+) => {
+        /// The function that computes an operation, by the operation's name. Callers with a loop of their own over few
+        /// operations call it without the dispatch of [`apply`].
+        #[macro_export]
+        macro_rules! operation_body {
+            $(($name) => { $crate::ops::$module::$body };)+
+        }
+    };
+}
+for_each_operation!(define_body_names);
+
 /// Returns the name of an operation's WGSL function; the prefix avoids clashes with WGSL's own names.
 pub fn wgsl_name(op: Op) -> String {
     format!("sdf_{}", op.row().name)

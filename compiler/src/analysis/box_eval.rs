@@ -19,7 +19,7 @@ use sdfc_vm::apply::{Apply, OpResult, apply, pack_parameters};
 use sdfc_vm::bounds::Bounds;
 use sdfc_vm::dual::Dual;
 use sdfc_vm::interval::Interval;
-use sdfc_vm::ops::math;
+use sdfc_vm::operation_body;
 use sdfc_vm::real::Vector3;
 use sdfc_vm::row::SlopeRule;
 use sdfc_vm::table::Op;
@@ -399,19 +399,24 @@ fn cost(op: Op) -> usize {
 /// Returns the result of an operation that most fields consist of, without the dispatch over the table.
 #[inline(always)]
 fn frequent<R: BoxValue>(op: Op, values: &[usize], previous: &[R]) -> Option<R> {
-    let operand = |index: usize| previous[values[index]];
-    let value = match op {
-        Op::Add => math::add(operand(0), operand(1)),
-        Op::Sub => math::sub(operand(0), operand(1)),
-        Op::Mul => math::mul(operand(0), operand(1)),
-        Op::Min => math::min(operand(0), operand(1)),
-        Op::Max => math::max(operand(0), operand(1)),
-        Op::Neg => math::neg(operand(0)),
-        Op::Abs => math::abs(operand(0)),
-        Op::Square => math::square(operand(0)),
-        _ => return None,
-    };
-    Some(value)
+    macro_rules! result_of {
+        ($($op:ident($($index:literal),+)),+) => {
+            match op {
+                $(Op::$op => Some(operation_body!($op)($(previous[values[$index]]),+)),)+
+                _ => None,
+            }
+        };
+    }
+    result_of!(
+        Add(0, 1),
+        Sub(0, 1),
+        Mul(0, 1),
+        Min(0, 1),
+        Max(0, 1),
+        Neg(0),
+        Abs(0),
+        Square(0)
+    )
 }
 
 impl<R: BoxValue> BoxStep<R> {

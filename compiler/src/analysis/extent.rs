@@ -5,9 +5,10 @@
 //! of at most zero are halved. A finite solid then shows as boxes that do not touch the cube's sides.
 
 use crate::analysis::box_eval::{AxisDependence, BoxNumber, UniformInput};
-use crate::expression::{ExprId, Expressions};
+use crate::expression::{ExprId, Expression, Expressions};
 use sdfc_vm::bounds::Bounds;
 use sdfc_vm::interval::Interval;
+use sdfc_vm::table::Op;
 
 /// Half side of the cube in which solids are searched, in units.
 const SEARCH_HALF_SIDE: f64 = 1e4;
@@ -31,6 +32,8 @@ pub(crate) fn extent(
     id: ExprId,
     uniform: &mut dyn FnMut(ExprId) -> Interval,
 ) -> Bounds {
+    // The number of evaluations follows from the operations, and the box from both.
+    let id = without_constant_factor(expressions, id);
     let mut number =
         BoxNumber::<Interval>::new(expressions, id, &mut |id| UniformInput::Known(uniform(id)));
     let unused = number
@@ -38,6 +41,19 @@ pub(crate) fn extent(
         .map(|along| along == AxisDependence::Independent);
     let evaluations = MAX_OPERATIONS / number.cost();
     search_extent(unused, evaluations, &mut |bounds| number.eval(bounds, &[]))
+}
+
+/// Returns a number without positive constant factors, which do not change its sign.
+fn without_constant_factor(expressions: &Expressions, mut id: ExprId) -> ExprId {
+    let is_positive = |id| expressions.as_constant(id).is_some_and(|value| value > 0.0);
+    while let Expression::Apply { op, values, .. } = expressions.get(id) {
+        id = match (op, values.as_slice()) {
+            (Op::Mul, &[factor, other]) if is_positive(factor) => other,
+            (Op::Mul | Op::Div, &[other, factor]) if is_positive(factor) => other,
+            _ => break,
+        };
+    }
+    id
 }
 
 /// Returns a box outside of which a map of the point to three numbers leads out of `image`.

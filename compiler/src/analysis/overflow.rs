@@ -2,27 +2,52 @@
 //!
 //! An iteration such as `z² + c` exceeds `f32` after a few rounds, where a real number would be large. A field is
 //! outside where it is not a number. A maximum would forget that, since it returns its other operand. So its operand is
-//! limited first: the minimum of NaN and a large number is that number.
+//! limited first: the minimum of NaN and a large number is that number. Points of warps and displacements are limited,
+//! since shapes contain maxima, too.
 
 use crate::analysis::box_eval::{BoxNumber, UniformInput};
 use crate::analysis::param_ranges::ParamRanges;
 use crate::expression::{ExprId, Expression, Expressions, Stage};
-use crate::scene::NO_SURFACE_DISTANCE;
+use crate::scene::{NO_SURFACE_DISTANCE, Scene, ShapeId, ShapeKind};
 use crate::uniforms::{postorder, rewrite_number};
 use sdfc_vm::bounds::Bounds;
 use sdfc_vm::interval::Interval;
 use sdfc_vm::table::Op;
 use std::collections::HashMap;
 
-/// Limit of numbers that may overflow: no distance is as large.
-const LIMIT: f64 = 1e30;
+/// Limit of values that may overflow: no distance is as large.
+const MAX_VALUE: f64 = 1e30;
+/// Limit of coordinates that may overflow: their cubes are numbers.
+const MAX_COORDINATE: f64 = 1e12;
 
-/// Returns a number whose maxima are large where an operand is NaN by overflow. With `is_operand`, it is never NaN
-/// itself.
-pub(crate) fn outside_where_overflown(
+/// Limits of the numbers of all shapes, where they may overflow.
+pub(crate) fn limit_overflow(scene: &mut Scene, root: ShapeId, param_ranges: &ParamRanges) {
+    let e = &mut scene.expressions;
+    for (index, shape) in (0..).zip(&mut scene.shapes) {
+        match &mut shape.kind {
+            ShapeKind::Field { value, .. } => {
+                let limit = (ShapeId(index) != root).then_some(MAX_VALUE);
+                *value = outside_where_overflown(e, *value, limit, param_ranges);
+            }
+            ShapeKind::Warp { point, .. } => {
+                for coordinate in point {
+                    let limit = Some(MAX_COORDINATE);
+                    *coordinate = outside_where_overflown(e, *coordinate, limit, param_ranges);
+                }
+            }
+            ShapeKind::Displace { amount, .. } => {
+                *amount = outside_where_overflown(e, *amount, Some(MAX_VALUE), param_ranges);
+            }
+            _ => {}
+        }
+    }
+}
+
+/// Returns a number whose maxima are large where an operand is NaN by overflow. With a limit, it is never NaN itself.
+fn outside_where_overflown(
     e: &mut Expressions,
     number: ExprId,
-    is_operand: bool,
+    own_limit: Option<f64>,
     param_ranges: &ParamRanges,
 ) -> ExprId {
     let has_limits = |id: &ExprId| {
@@ -36,17 +61,16 @@ pub(crate) fn outside_where_overflown(
         )
     };
     let order = postorder(e, number, |_| false);
-    if !is_operand && !order.iter().any(has_limits) {
+    if own_limit.is_none() && !order.iter().any(has_limits) {
         return number;
     }
     let may_be_nan = numbers_that_overflow(e, &order, param_ranges);
     if !may_be_nan[&number] {
         return number;
     }
-    let limit = e.constant(LIMIT);
-    let limited = |e: &mut Expressions, old: ExprId, new: ExprId| match may_be_nan[&old] {
-        true => e.call(Op::Min, &[new, limit]),
-        false => new,
+    let limited = |e: &mut Expressions, new: ExprId, limit: f64| {
+        let limit = e.constant(limit);
+        e.call(Op::Min, &[new, limit])
     };
     let rewritten = rewrite_number(e, number, |e, id, rebuilt, values| {
         let Expression::Apply {
@@ -64,13 +88,15 @@ pub(crate) fn outside_where_overflown(
         };
         let mut values = values.to_vec();
         for (value, old) in values.iter_mut().zip(old_values).take(limited_count) {
-            *value = limited(e, old, *value);
+            if may_be_nan[&old] {
+                *value = limited(e, *value, MAX_VALUE);
+            }
         }
         e.call(op, &values)
     });
-    match is_operand {
-        true => limited(e, number, rewritten),
-        false => rewritten,
+    match own_limit {
+        Some(limit) => limited(e, rewritten, limit),
+        None => rewritten,
     }
 }
 

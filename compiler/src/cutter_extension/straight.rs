@@ -1,5 +1,6 @@
 //! Parts with straight walls at their flat faces: boxes, cylinders, prisms, rectangles, extrusions.
 
+use super::covered_sides::rows_to_part;
 use super::free_space::GrowingPart;
 use super::section::{Section, outline};
 use super::{CutContext, CutterExtension, EXTENSION_FRACTIONS, IDENTITY, PathStep, scale};
@@ -44,7 +45,7 @@ impl CutterExtension<'_> {
             return id;
         };
         let is_2d = self.scene.shapes[id.0 as usize].is_2d;
-        let original = self.bounds(id);
+        let original = self.bounds_beside_body(id, flat.axis, path, cut);
         let max_step = cut.size / scale(path);
         let is_constant = self
             .scene
@@ -82,6 +83,30 @@ impl CutterExtension<'_> {
         let path = [path, &[PathStep::Map(outwards)]].concat();
         let child = self.extend_faces_along(child, remaining, &path, cut);
         self.translated(id, child, centre)
+    }
+
+    /// Returns the bounds of a part. Sides without an end, other than along `axis`, end where the body does.
+    fn bounds_beside_body(
+        &mut self,
+        id: ShapeId,
+        axis: usize,
+        path: &[PathStep],
+        cut: &CutContext,
+    ) -> Bounds {
+        let mut bounds = self.bounds(id);
+        let (Some(to_part), Some(body)) = (rows_to_part(path), cut.body) else {
+            return bounds;
+        };
+        let body = self.bounds(body).mapped(&to_part);
+        for other in (0..3).filter(|&other| other != axis) {
+            if bounds.min[other].is_infinite() {
+                bounds.min[other] = body.min[other];
+            }
+            if bounds.max[other].is_infinite() {
+                bounds.max[other] = body.max[other];
+            }
+        }
+        bounds
     }
 
     /// Translates a shape, with the name and the span of another one.

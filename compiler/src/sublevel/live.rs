@@ -55,13 +55,13 @@ fn by_cases(
     let mut result = replaced.by;
     for (index, &case) in cases.iter().enumerate() {
         let field = with_number(e, replaced.field, case);
-        let before = with_number(e, replaced.by, case);
         let mut facts = Facts::new(param_ranges);
         let has_pieces = facts.pieces.are_possible(e, field);
         // The factor of a complete field is removed otherwise.
         if *left == 0 || !has_pieces || e.stage(field) <= Stage::Uniform {
             continue;
         }
+        let before = with_number(e, replaced.by, case);
         *left -= 1;
         let mut equal = Replaced {
             field,

@@ -336,3 +336,24 @@ fn nested_transforms_have_the_box_of_their_product() {
         }
     }
 }
+
+/// The search ends by its number of operations, of which a factor is one.
+#[test]
+fn a_factor_changes_no_box() {
+    let folded = |field: &str| {
+        let text = format!(
+            "fn f(p: vec3) -> float {{ let q = fold(0..6, p, fn(q, i) => {{\
+             let a = if q.x + q.y < 0 {{ [-q.y, -q.x, q.z] }} else {{ q }};\
+             let b = if a.x + a.z < 0 {{ [-a.z, a.y, -a.x] }} else {{ a }};\
+             let c = if b.y + b.z < 0 {{ [b.x, -b.z, -b.y] }} else {{ b }}; 2 * c - 1 }});\
+             length(q) * pow(2, -6) - 0.03 }}\n{field}"
+        );
+        check(field, &text)
+    };
+    let bounds = folded("field(fn(p) => f(p))");
+    for factor in ["3", "0.01", "7 * 2", "1 / 3"] {
+        let field = format!("field(fn(p) => {factor} * f(p))");
+        assert_eq!(bounds, folded(&field), "{factor}");
+    }
+    assert_eq!(bounds, folded("field(fn(p) => f(p) / 5)"));
+}

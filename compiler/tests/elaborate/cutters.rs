@@ -273,9 +273,110 @@ const UNCHANGED_CASES: &[Case] = &[
     ),
 ];
 
+/// Cutters whose sides enclose the body, points where such a side was, and the distance to what is left.
+const ENCLOSING_CASES: &[Case] = &[
+    (
+        "cylinder(r: 2, h: 4) - cylinder(r: 2, h: 2).translate(0, 1, 0)",
+        [2.0, 1.0, 0.0],
+        1.0,
+    ),
+    (
+        "cylinder(r: 2, h: 4) - (cylinder(r: 2.01, h: 2) - cylinder(r: 1, h: 2)).translate(0, 1, 0)",
+        [2.0, 1.0, 0.0],
+        1.0,
+    ),
+    (
+        "rect(4, 3, round: 0.5).extrude(4) - rect(4, 3, round: 0.5).extrude(2).translate(0, 0, 1)",
+        [2.0, 0.0, 1.0],
+        1.0,
+    ),
+    (
+        "rect(4, 3, round: 0.5).extrude(4) - (rect(4, 3, round: 0.5) - rect(2, 2)).extrude(2).translate(0, 0, 1)",
+        [2.0, 0.0, 1.0],
+        1.0,
+    ),
+    (
+        "prism(6, r: 2, h: 4) - prism(6, r: 2, h: 2).translate(0, 1, 0)",
+        [2.0, 1.0, 0.0],
+        1.0,
+    ),
+    (
+        "cone(r1: 3, r2: 1, h: 4) - cone(r1: 2, r2: 1, h: 2).translate(0, 1, 0)",
+        [1.5, 1.0, 0.0],
+        1.0,
+    ),
+    ("sphere(2) - sphere(2).slice(Y)", [0.0, 2.0, 0.0], 2.0),
+    (
+        "box([2, 4, 2]) - cylinder(r: 1.5, h: 2).translate(0, 1, 0)",
+        [0.0, 1.0, 1.5],
+        1.0,
+    ),
+    // Below a wider part that the cutter does not reach.
+    (
+        "(cylinder(r: 3, h: 2).translate(0, -1, 0) | cylinder(r: 2, h: 4)) - cylinder(r: 2, h: 1).translate(0, 1.5, 0)",
+        [2.0, 1.5, 0.0],
+        0.5,
+    ),
+    (
+        "xor(box([4, 1, 4]), cylinder(r: 0.5, h: 1))",
+        [0.0, 0.5, 0.0],
+        0.5,
+    ),
+    // Sides that cut something: narrower, shifted, tilted, of another profile, or with a wider part between the faces.
+    (
+        "cylinder(r: 2, h: 4) - cylinder(r: 1.9, h: 2).translate(0, 1, 0)",
+        [1.9, 1.0, 0.0],
+        0.0,
+    ),
+    (
+        "cylinder(r: 2, h: 4) - cylinder(r: 2, h: 2).translate(0.1, 1, 0)",
+        [-1.9, 1.0, 0.0],
+        0.0,
+    ),
+    (
+        "box([2, 4, 2]) - cylinder(r: 1.4, h: 2).translate(0, 1, 0)",
+        [
+            1.4 * std::f64::consts::FRAC_1_SQRT_2,
+            1.0,
+            1.4 * std::f64::consts::FRAC_1_SQRT_2,
+        ],
+        0.0,
+    ),
+    (
+        "rect(4, 3, round: 0.5).extrude(4) - rect(4, 3, round: 0.6).extrude(2).translate(0, 0, 1)",
+        [
+            2.0 - 0.6 + 0.6 * std::f64::consts::FRAC_1_SQRT_2,
+            1.5 - 0.6 + 0.6 * std::f64::consts::FRAC_1_SQRT_2,
+            1.0,
+        ],
+        0.0,
+    ),
+    (
+        "(cylinder(r: 3, h: 2).translate(0, 1, 0) | cylinder(r: 2, h: 4)) - cylinder(r: 2, h: 2).translate(0, 1, 0)",
+        [2.0, 1.0, 0.0],
+        0.0,
+    ),
+    (
+        "cone(r1: 3, r2: 1, h: 4) - cone(r1: 1.9, r2: 1, h: 2).translate(0, 1, 0)",
+        [1.9, 0.0, 0.0],
+        0.0,
+    ),
+    ("sphere(2) - sphere(1.9).slice(Y)", [0.0, 1.9, 0.0], 0.0),
+];
+
+#[test]
+fn cutters_lose_sides_that_enclose_the_body() {
+    check(ENCLOSING_CASES.iter());
+}
+
 #[test]
 fn flat_faces_of_cutters_are_moved_out_of_the_body() {
-    for (text, point, expected) in EXTENDED_CASES.iter().chain(UNCHANGED_CASES) {
+    check(EXTENDED_CASES.iter().chain(UNCHANGED_CASES));
+}
+
+/// Compares the values of scenes at their points.
+fn check<'a>(cases: impl Iterator<Item = &'a Case>) {
+    for (text, point, expected) in cases {
         let distance = value(text, *point);
         assert!(
             (distance - expected).abs() < 1e-5,

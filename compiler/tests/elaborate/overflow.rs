@@ -37,6 +37,14 @@ const SHAPES: &[(&str, bool)] = &[
         "box(500, 500, 0.6) - field(fn(p) => { disc dot(z, z) - 1 })",
         false,
     ),
+    (
+        "box(1.6, 1.6, 0.6).warp(fn(p) => { disc vec3(z.x, z.y, p.z) })",
+        true,
+    ),
+    (
+        "box(500, 500, 0.6).displace(fn(p) => { disc -dot(z, z) }) & box(500, 500, 0.6)",
+        true,
+    ),
 ];
 
 #[test]

@@ -32,12 +32,15 @@ use entry::{bound_directions, cull_entered, entry_points, misses_leaf};
 use interval_cull::cull_clear;
 use refine_roots::{estimate_roots, refine_roots};
 use sdfc_shaders::camera;
-use sdfc_shaders::layout::{FrameUniforms, RayState};
+use sdfc_shaders::layout::{self, FrameUniforms, RayState};
 use sdfc_shaders::marching::{self, MAX_SECANT_STEPS};
 use sdfc_vm::lanes::CHUNK;
 use sdfc_vm::multiversion;
 use sdfc_vm::real::Real;
 use segments::{leave_segments, segment_boxes};
+
+/// Number of steps from which on the limit of steps in cells without a bound grows.
+const MAX_SHORT_STEPS: f64 = 512.0;
 
 /// Placeholder for the crowded part of a ray: a leaf is small.
 const NO_CROWD: [f32; 3] = [camera::NEVER as f32, 0.0, camera::NEVER as f32];
@@ -255,6 +258,7 @@ impl Marcher {
             None => INTERVAL_CULL_STEPS,
         };
         let mut next_cull = first_check;
+        let is_unbounded = cell.may_be_discontinuous && frame.flags & layout::ESTIMATE_FLAG != 0;
         // Where no slope is found in the leaf, samples on each step prove what the scene states.
         let proves_steps = marching::proves_steps(frame.step_factor) && cell.gradient.is_none();
         for steps in 1.. {
@@ -265,6 +269,9 @@ impl Marcher {
             };
             let mut remaining_rays =
                 active & advance(frame, cell, &self.values, count, &mut self.leaf_rays);
+            if is_unbounded {
+                limit_steps(frame, count, &mut self.leaf_rays);
+            }
             if is_raw && remaining_rays != active {
                 remaining_rays = active & leave_segments(cell, count, &mut self.leaf_rays);
             }
@@ -556,6 +563,21 @@ fn advance_body(
         advance_lane(frame, cell, values, choice, block, i);
     }
     active_lanes_body(block)
+}
+
+multiversion! {
+    /// Limits steps where neither values nor slopes are known between two points, to half a pixel. The limit grows with the
+    /// number of steps, so that all rays end.
+    fn limit_steps(frame: &FrameUniforms, count: usize, leaf_rays: &mut LeafRays) = limit_steps_body;
+}
+
+#[inline(always)]
+fn limit_steps_body(frame: &FrameUniforms, count: usize, block: &mut LeafRays) {
+    for i in 0..whole_chunks(count) {
+        let half = camera::half_pixel(block.t.0[i], frame.half_pixel_size, frame.half_pixel_growth);
+        let limit = half * marching::speedup_after(block.steps.0[i], MAX_SHORT_STEPS);
+        block.step.0[i] = Real::min(block.step.0[i], limit);
+    }
 }
 
 /// Advances each ray by a step, or by a sample on one. Returns a mask of the lanes whose rays are still under way.

@@ -3,6 +3,7 @@
 mod candidate_check;
 mod sized;
 mod starts;
+mod step_limits;
 
 use super::ray_tasks::{
     ColumnChoice, RayTask, any_nonzero, is_nan, lane_vector, lanes, run_streamed, set_lane_vector,
@@ -10,9 +11,11 @@ use super::ray_tasks::{
 };
 use super::tile::Tile;
 use super::{Evaluator, F32x64, LANES, Points};
+use crate::cells::Cells;
 use crate::render::ray::vector;
 use sdfc_shaders::features::ShadowForm;
 use starts::{ShadowCaster, ShadowRayStart, ray_starts};
+use step_limits::StepLimits;
 
 use sdfc_shaders::layout::{FrameUniforms, LightRecord};
 use sdfc_shaders::{camera, candidate, marching, shadow};
@@ -25,7 +28,7 @@ lanes! {
         axis_x, axis_y, axis_z, light_t, size, ray_number, best_visibility, clear_t, steps_before,
         t, visibility, steps, min_step, side, rounding, field_before, step, slope_before, last_visibility, candidate_t,
         next_check_t, moves,
-        sample_t, value, phase, round, gradient_x, gradient_y, gradient_z, offset_x, offset_y, offset_z,
+        sample_t, last_sample_t, last_sample, value, phase, round, gradient_x, gradient_y, gradient_z, offset_x, offset_y, offset_z,
     }
 }
 
@@ -39,12 +42,14 @@ struct ShadowRays<'a, const FORM: u32> {
     frame: &'a FrameUniforms,
     light: &'a LightRecord,
     starts: &'a [ShadowRayStart],
+    /// Limits between samples; `None` where the values or a statement prove steps.
+    limits: Option<StepLimits<'a>>,
     light_visibility: &'a mut [f32],
 }
 
 /// Computes the fraction of a light that arrives at the shown pixels; returns the number of evaluations.
 pub(super) fn cast(
-    frame: &FrameUniforms,
+    (frame, cells): (&FrameUniforms, Option<&Cells>),
     light: &LightRecord,
     light_index: usize,
     form: ShadowForm,
@@ -63,6 +68,7 @@ pub(super) fn cast(
                 frame,
                 light,
                 starts: &starts,
+                limits: StepLimits::new(frame, cells),
                 light_visibility: &mut tile.light_visibility[light_index],
             };
             let items: Vec<u32> = (0..starts.len() as u32).collect();
@@ -236,7 +242,7 @@ impl<const FORM: u32> ShadowRays<'_, FORM> {
     /// Reports whether samples on each step prove that there is no surface.
     #[inline(always)]
     fn proves_steps(&self) -> bool {
-        marching::proves_steps(self.frame.step_factor)
+        self.limits.is_some() || marching::proves_steps(self.frame.step_factor)
     }
 
     /// Advances rays that are not divergent. With `PROVES`, samples on their steps prove that there is no surface.
@@ -250,6 +256,9 @@ impl<const FORM: u32> ShadowRays<'_, FORM> {
         // Copied here, since the loop's writes could alias the fields behind a pointer.
         let light_params = self.light_params();
         let mut transitions = sized::RayTransitions::default();
+        let limits = self.limits.filter(|_| PROVES);
+        let limits =
+            limits.map(|limits| (block.sample_t, self.sample_limits(limits, block, values)));
         for (i, ended) in ended.iter_mut().enumerate() {
             let field = values.0[i] * block.side.0[i];
             if PROVES && light_params.proves_part_of_step(block, i, field) {
@@ -271,9 +280,31 @@ impl<const FORM: u32> ShadowRays<'_, FORM> {
                 light_params.plan_sample(block, i, t, field);
             }
         }
+        if let Some((last, limits)) = limits {
+            limit_samples(block, &last, &limits);
+        }
         if FORM == SIZED {
             light_params.begin_next_rays(block, &transitions, ended);
         }
+    }
+
+    /// Returns the longest distances to the next samples.
+    fn sample_limits(
+        &self,
+        limits: StepLimits<'_>,
+        block: &ShadowLanes,
+        values: &F32x64,
+    ) -> [f32; LANES] {
+        let mut points = Points::default();
+        self.points(block, &mut points);
+        let light_params = self.light_params();
+        std::array::from_fn(|i| {
+            let point = V3::new(points[0].0[i], points[1].0[i], points[2].0[i]);
+            let t = block.sample_t.0[i];
+            let min_step = light_params.min_sample_step(block, i, t);
+            let limit = limits.limit((point, lane_direction(block, i)), values.0[i], t, min_step);
+            limit.max(min_step)
+        })
     }
 
     /// Returns the parameters that all rays share.
@@ -291,6 +322,15 @@ impl<const FORM: u32> ShadowRays<'_, FORM> {
             max_steps: self.frame.max_shadow_steps as f32,
             choice: ColumnChoice::new(),
         }
+    }
+}
+
+/// Places the next samples of steps no farther than these limits from the last ones.
+fn limit_samples(block: &mut ShadowLanes, last: &F32x64, limits: &[f32; LANES]) {
+    for i in 0..LANES {
+        let (from, end) = (last.0[i], block.t.0[i]);
+        let limited = (from + limits[i]).min(end);
+        block.sample_t.0[i] = if end > from { limited } else { end };
     }
 }
 
@@ -421,17 +461,20 @@ impl<const FORM: u32> LightParams<FORM> {
         if t >= end_t {
             return false;
         }
-        let step = block.step.0[i] - (end_t - t);
-        let slope = shadow::slope(field, block.field_before.0[i], step);
+        let (last_t, last) = (block.last_sample_t.0[i], block.last_sample.0[i]);
+        let slope = shadow::slope(field, last, t - last_t);
         let rounding = self.rounding_at(block, i, t);
         if field >= -marching::sign_margin(rounding, slope, self.is_raw) {
             let min_step = self.min_sample_step(block, i, t);
             block.sample_t.0[i] =
                 marching::later_sample_t(t, field, self.step_factor, min_step, end_t);
+            block.last_sample_t.0[i] = t;
+            block.last_sample.0[i] = field;
             return true;
         }
         block.t.0[i] = t;
-        block.step.0[i] = step;
+        block.step.0[i] = t - last_t;
+        block.field_before.0[i] = last;
         false
     }
 
@@ -441,6 +484,8 @@ impl<const FORM: u32> LightParams<FORM> {
         let (min_step, end_t) = (self.min_sample_step(block, i, t), block.t.0[i]);
         block.sample_t.0[i] =
             marching::first_sample_t(t, field, self.step_factor, min_step, end_t, t);
+        block.last_sample_t.0[i] = t;
+        block.last_sample.0[i] = field;
     }
 
     /// Returns the minimum distance between samples on a step at `t`. Nothing narrower is visible.

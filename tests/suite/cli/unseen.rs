@@ -99,6 +99,20 @@ const SCENES: &[(&str, &str, &str)] = &[
         "is too faint to be visible: it falls off with the square of the distance",
     ),
     (
+        "a sun whose direction leads to the ground",
+        "camera { from: [3, 3, 5], look: [0, 0, 0], fov: 40deg }\n\
+         light sun { dir: [0.2, -1, 0] }\n\
+         sphere(1) | plane(Y, at: -1)",
+        "perhaps `dir: [-0.196, 0.981, 0]` was meant",
+    ),
+    (
+        "a glow from below without shadows",
+        "camera { from: [3, 3, 5], look: [0, 0, 0], fov: 40deg }\n\
+         light glow { dir: [0.2, -1, 0], shadow: none }\n\
+         sphere(1) | plane(Y, at: -1)",
+        "",
+    ),
+    (
         "a floor that the camera looks away from",
         "camera { from: [0, 2, 0], look: [0, 5, 1] }\nplane(Y)",
         "meets a surface, and the field is below zero near",
