@@ -34,8 +34,14 @@ use sdfc_vm::bounds::Bounds;
 use std::path::PathBuf;
 use test_shape::TestShape;
 
-/// Scenes that amplify rounding: hashes by large factors, modulo one.
-const ROUNDING_AMPLIFIERS: &[&str] = &["voronoi_stones"];
+/// Scenes that amplify rounding: hashes by large factors, modulo one, and iterations that exceed floats.
+const ROUNDING_AMPLIFIERS: &[&str] = &[
+    "voronoi_stones",
+    "julia_without_bailout",
+    "ring_mapped_by_a_fractal",
+];
+/// Value from which on the compiler may limit points and values that exceed `f32` elsewhere.
+const MIN_LIMITED_VALUE: f64 = 1e11;
 
 /// Relative error that constants in `f32` may cause.
 const MAX_ROUNDING_PER_SIZE: f64 = 1e-6;

