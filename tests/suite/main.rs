@@ -7,6 +7,7 @@ mod cli;
 mod contacts;
 mod conventions;
 mod corpus;
+mod estimated_slopes;
 mod fields;
 mod framing;
 mod generic_kernels;

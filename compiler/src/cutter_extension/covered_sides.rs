@@ -185,9 +185,6 @@ impl CutterExtension<'_> {
     /// Reports whether sides are proved to enclose a shape, as far as it lies between the faces. `rows` map to the frame of
     /// the part. Recursion over nested shapes, whose depth the elaborator bounds.
     fn encloses(&mut self, sides: Sides, id: ShapeId, rows: &AffineRows) -> bool {
-        let Some(to_shape) = inverse(rows.as_flattened()) else {
-            return false;
-        };
         let Some(remaining) = self.remaining_box_tests.checked_sub(1) else {
             return false;
         };
@@ -214,10 +211,7 @@ impl CutterExtension<'_> {
                 Op::Subtraction => self.encloses(sides, children[0], rows),
                 _ => self.encloses_points(sides, id, rows),
             },
-            _ => {
-                self.has_same_profile(sides, id, rows, &to_shape)
-                    || self.encloses_points(sides, id, rows)
-            }
+            _ => self.has_same_profile(sides, id, rows) || self.encloses_points(sides, id, rows),
         }
     }
 
@@ -233,29 +227,21 @@ impl CutterExtension<'_> {
             })
     }
 
-    /// Reports whether a shape has the profile of the sides, at the same place. `rows` and `to_shape` map between both frames.
-    fn has_same_profile(
-        &mut self,
-        sides: Sides,
-        id: ShapeId,
-        rows: &AffineRows,
-        to_shape: &AffineRows,
-    ) -> bool {
+    /// Reports whether a shape has the profile of the sides, at the same place.
+    fn has_same_profile(&mut self, sides: Sides, id: ShapeId, rows: &AffineRows) -> bool {
         let size = max_coordinate(&self.bounds(id)).max(1e-30);
         let is_free = |row: usize, column: usize| {
             sides
                 .axis
                 .is_some_and(|axis| row == axis && (column == axis || column == 3))
         };
-        let is_identity = |rows: &AffineRows| {
-            (0..3).all(|row| {
-                (0..4).all(|column| {
-                    let unit = if column == 3 { size } else { 1.0 };
-                    let difference = rows[row][column] - IDENTITY[row][column];
-                    is_free(row, column) || difference.abs() <= F32_TOLERANCE * unit
-                })
+        let is_in_place = (0..3).all(|row| {
+            (0..4).all(|column| {
+                let unit = if column == 3 { size } else { 1.0 };
+                let difference = rows[row][column] - IDENTITY[row][column];
+                is_free(row, column) || difference.abs() <= F32_TOLERANCE * unit
             })
-        };
+        });
         let profile_of = |id| match self.kind(id) {
             ShapeKind::Distance {
                 op: Op::Extrude | Op::RoundedExtrude,
@@ -264,9 +250,7 @@ impl CutterExtension<'_> {
             } if sides.axis.is_some() => *child,
             _ => id,
         };
-        is_identity(rows)
-            && is_identity(to_shape)
-            && self.is_same_shape(sides, profile_of(sides.part), profile_of(id))
+        is_in_place && self.is_same_shape(sides, profile_of(sides.part), profile_of(id))
     }
 
     /// Reports whether two shapes are the same, up to the distance of the faces.

@@ -257,8 +257,7 @@ impl<const FORM: u32> ShadowRays<'_, FORM> {
         let light_params = self.light_params();
         let mut transitions = sized::RayTransitions::default();
         let limits = self.limits.filter(|_| PROVES);
-        let limits =
-            limits.map(|limits| (block.sample_t, self.sample_limits(limits, block, values)));
+        let limits = limits.map(|limits| (limits, self.last_samples(block, values)));
         for (i, ended) in ended.iter_mut().enumerate() {
             let field = values.0[i] * block.side.0[i];
             if PROVES && light_params.proves_part_of_step(block, i, field) {
@@ -280,31 +279,23 @@ impl<const FORM: u32> ShadowRays<'_, FORM> {
                 light_params.plan_sample(block, i, t, field);
             }
         }
-        if let Some((last, limits)) = limits {
-            limit_samples(block, &last, &limits);
+        if let Some((limits, last)) = limits {
+            light_params.limit_samples(block, limits, &last);
         }
         if FORM == SIZED {
             light_params.begin_next_rays(block, &transitions, ended);
         }
     }
 
-    /// Returns the longest distances to the next samples.
-    fn sample_limits(
-        &self,
-        limits: StepLimits<'_>,
-        block: &ShadowLanes,
-        values: &F32x64,
-    ) -> [f32; LANES] {
+    /// Returns the present samples, before rays advance.
+    fn last_samples(&self, block: &ShadowLanes, values: &F32x64) -> LastSamples {
         let mut points = Points::default();
         self.points(block, &mut points);
-        let light_params = self.light_params();
-        std::array::from_fn(|i| {
-            let point = V3::new(points[0].0[i], points[1].0[i], points[2].0[i]);
-            let t = block.sample_t.0[i];
-            let min_step = light_params.min_sample_step(block, i, t);
-            let limit = limits.limit((point, lane_direction(block, i)), values.0[i], t, min_step);
-            limit.max(min_step)
-        })
+        LastSamples {
+            points,
+            t: block.sample_t,
+            values: *values,
+        }
     }
 
     /// Returns the parameters that all rays share.
@@ -325,13 +316,12 @@ impl<const FORM: u32> ShadowRays<'_, FORM> {
     }
 }
 
-/// Places the next samples of steps no farther than these limits from the last ones.
-fn limit_samples(block: &mut ShadowLanes, last: &F32x64, limits: &[f32; LANES]) {
-    for i in 0..LANES {
-        let (from, end) = (last.0[i], block.t.0[i]);
-        let limited = (from + limits[i]).min(end);
-        block.sample_t.0[i] = if end > from { limited } else { end };
-    }
+/// Samples of all rays, from which the places of the next ones follow.
+struct LastSamples {
+    points: Points,
+    /// Distances along the rays.
+    t: F32x64,
+    values: F32x64,
 }
 
 /// Reports whether a form of shadows has penumbras.
@@ -476,6 +466,22 @@ impl<const FORM: u32> LightParams<FORM> {
         block.step.0[i] = t - last_t;
         block.field_before.0[i] = last;
         false
+    }
+
+    /// Places the next samples on steps no farther from the last ones than the limits allow.
+    fn limit_samples(self, block: &mut ShadowLanes, limits: StepLimits<'_>, last: &LastSamples) {
+        for i in 0..LANES {
+            let (t, end_t) = (last.t.0[i], block.t.0[i]);
+            let min_step = self.min_sample_step(block, i, t);
+            let least = StepLimits::least(t, min_step);
+            block.sample_t.0[i] = end_t;
+            if end_t - t > least {
+                let [x, y, z] = [0, 1, 2].map(|axis| last.points[axis].0[i]);
+                let ray = (V3::new(x, y, z), lane_direction(block, i));
+                let limit = limits.limit(ray, last.values.0[i], least);
+                block.sample_t.0[i] = (t + limit).min(end_t);
+            }
+        }
     }
 
     /// Places the first sample on the next step of a ray, after a sample at `t` with the value `field`.

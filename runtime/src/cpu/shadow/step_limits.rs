@@ -2,19 +2,21 @@
 //!
 //! A value that was divided by an estimate is no distance, and a step may lead over surfaces. Samples on it prove that
 //! there is none. In a cell, bounds of the gradient turn a value into a distance, up to the cell's faces. A cell without a
-//! surface needs one sample beyond it. In a cell whose gradient has no bound, samples are close together.
+//! surface needs one sample beyond it. Elsewhere, samples are about half a pixel apart, and farther far away.
 
 use crate::cells::{Aabb, CellSplit, Cells, Neighbourhood};
+use crate::cpu::packet::directional_bounds;
 use sdfc_shaders::layout::{self, FrameUniforms};
 use sdfc_shaders::marching;
+use sdfc_vm::real::Real;
 use sdfc_vm::vector::V3;
 
 /// Distance of a sample beyond a face, as a fraction of the largest coordinate there: in `f32`, it lies in the next cell.
 const BEYOND_FACE: f32 = 4.0 * f32::EPSILON;
-/// Distance between samples where nothing is known, in minimum steps: half a pixel.
-const UNKNOWN_MIN_STEPS: f32 = 16.0;
-/// Minimum of that distance, as a fraction of the distance from the surface: rays to the horizon end, too.
-const UNKNOWN_FRACTION: f32 = 0.004;
+/// Least distance between samples in a cell with a surface, in minimum steps: half a pixel.
+const LEAST_MIN_STEPS: f32 = 16.0;
+/// Minimum of that distance, as a fraction of the distance from the start of the ray: rays to the horizon end, too.
+const LEAST_FRACTION: f32 = 0.01;
 
 /// Cells that limit steps.
 #[derive(Clone, Copy)]
@@ -31,14 +33,18 @@ impl<'a> StepLimits<'a> {
         (is_estimated && !is_proved).then_some(Self { cells })
     }
 
-    /// Returns the longest distance to the next sample from a point on a ray, `t` along it. `value` is the field there.
-    /// `min_step` is a distance that is always allowed.
+    /// Returns the least distance between samples at `t` along a ray, whose steps have the minimum `min_step`.
+    pub(super) fn least(t: f32, min_step: f32) -> f32 {
+        (min_step * LEAST_MIN_STEPS).max(t * LEAST_FRACTION)
+    }
+
+    /// Returns the longest distance to the next sample from a point on a ray; `value` is the field there. In a cell with a
+    /// surface it is at least `least`.
     pub(super) fn limit(
         self,
         (point, direction): (V3<f32>, V3<f32>),
         value: f32,
-        t: f32,
-        min_step: f32,
+        least: f32,
     ) -> f32 {
         let point = point.to_array();
         let Some(Neighbourhood { region, leaf }) = self.cells.neighbourhood_at(point) else {
@@ -48,12 +54,16 @@ impl<'a> StepLimits<'a> {
         let Some(leaf) = leaf else {
             return to_next;
         };
-        match leaf.gradient {
-            Some(_) => (value.abs() / leaf.slope).min(to_next),
-            None => (min_step * UNKNOWN_MIN_STEPS)
-                .max(t * UNKNOWN_FRACTION)
-                .min(to_next),
-        }
+        let known = match leaf.gradient {
+            Some(gradient) => {
+                let bounds = (leaf.slope, Some(gradient));
+                let side = value.sign_nonzero();
+                let changes = directional_bounds(bounds, direction.to_array(), side);
+                value.abs() / changes.decrease_max
+            }
+            None => 0.0,
+        };
+        known.min(to_next).max(least)
     }
 }
 
@@ -90,7 +100,7 @@ mod tests {
         for start in [[-0.9, -0.8, 0.9], [-0.3, -0.95, 0.4], [0.2, -0.6, 0.8]] {
             let mut point = V3::new(start[0], start[1], start[2]);
             while let Some(here) = cells.neighbourhood_at(point.to_array()) {
-                let step = limits.limit((point, direction), 1e3, 0.0, 1e-6);
+                let step = limits.limit((point, direction), 1e3, 16e-6);
                 let mut end = point + direction * step;
                 if here.leaf.is_some_and(|leaf| leaf.gradient.is_none()) {
                     assert!((step - 16e-6).abs() < 1e-7, "{step}");

@@ -1,0 +1,61 @@
+//! Fields whose slope has no bound, compared with the same set by a field that has one, on the CPU.
+
+use crate::metamorphic::draw::{DrawOptions, image};
+use sdfc_compiler::passes::PassOptions;
+use sdfc_runtime::engine::{EngineKind, open};
+use sdfc_runtime::render::CellMode;
+
+/// Change of a channel from which on pixels differ.
+const MIN_DIFFERENCE: u8 = 16;
+/// Maximum number of pixels that differ, at silhouettes and at edges of shadows.
+const MAX_PIXELS: usize = 60;
+
+/// Sets, each by a field without a bound and by another one.
+const SETS: &[[&str; 2]] = &[
+    [
+        "field(fn(p) => max(dot(julia(p.xy, 6), julia(p.xy, 6)) - 4, abs(p.z) - 0.3))",
+        "field(fn(p) => max(ln(dot(julia(p.xy, 6), julia(p.xy, 6))) - ln(4), abs(p.z) - 0.3))",
+    ],
+    [
+        "field(fn(p) => max(dot(julia(p.xy, 10), julia(p.xy, 10)) - 4, abs(p.z) - 0.3))",
+        "field(fn(p) => max(ln(dot(julia(p.xy, 10), julia(p.xy, 10))) - ln(4), abs(p.z) - 0.3))",
+    ],
+];
+
+/// Draws a set on a floor, with a hard light.
+fn picture(set: &str) -> Vec<u8> {
+    let text = format!(
+        "camera {{ from: [2.2, 1.8, 3.2], look: [0, 0, 0], fov: 40deg }}\n\
+         light {{ dir: [-0.6, 1, 0.5], intensity: 3, shadow: hard }}\n\
+         render {{ occlusion: off }}\n\
+         fn julia(c: vec2, rounds) = fold(0..rounds, c, fn(z, i) =>\n\
+             [z.x*z.x - z.y*z.y - 0.7269, 2*z.x*z.y + 0.1889]);\n\
+         {set} | box(6, 0.2, 6).translate(0, -1.6, 0)"
+    );
+    let mut engine = open(EngineKind::Cpu).unwrap_or_else(|error| panic!("{error}"));
+    let options = DrawOptions {
+        size: [160, 120],
+        passes: PassOptions::default(),
+        cells: CellMode::Auto,
+        scale: 1.0,
+    };
+    let picture = image(&mut *engine, &text, &options);
+    picture
+        .unwrap_or_else(|errors| panic!("{set}: {errors}"))
+        .rgba8()
+}
+
+/// Neither rays of the camera nor those towards the light step over thin parts.
+#[test]
+fn fields_without_a_bound_hide_no_part_of_their_set() {
+    for [unbounded, bounded] in SETS {
+        let [a, b] = [unbounded, bounded].map(|set| picture(set));
+        let pixels = a.chunks(4).zip(b.chunks(4));
+        let differs = |(a, b): &(&[u8], &[u8])| {
+            let mut channels = a.iter().zip(*b);
+            channels.any(|(a, b)| a.abs_diff(*b) >= MIN_DIFFERENCE)
+        };
+        let count = pixels.filter(differs).count();
+        assert!(count <= MAX_PIXELS, "{unbounded}: {count} pixels");
+    }
+}
