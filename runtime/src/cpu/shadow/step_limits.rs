@@ -4,7 +4,7 @@
 //! there is none. In a cell, bounds of the gradient turn a value into a distance, up to the cell's faces. A cell without a
 //! surface needs one sample beyond it. Elsewhere, samples are about half a pixel apart, and farther far away.
 
-use crate::cells::{Aabb, CellSplit, Cells, Neighbourhood};
+use crate::cells::{Aabb, Cell, CellSplit, Cells, Neighbourhood};
 use crate::cpu::packet::directional_bounds;
 use sdfc_shaders::layout::{self, FrameUniforms};
 use sdfc_shaders::marching;
@@ -54,17 +54,20 @@ impl<'a> StepLimits<'a> {
         let Some(leaf) = leaf else {
             return to_next;
         };
-        let known = match leaf.gradient {
-            Some(gradient) => {
-                let bounds = (leaf.slope, Some(gradient));
-                let side = value.sign_nonzero();
-                let changes = directional_bounds(bounds, direction.to_array(), side);
-                value.abs() / changes.decrease_max
-            }
-            None => 0.0,
-        };
-        known.min(to_next).max(least)
+        clear_distance(leaf, value, direction.to_array())
+            .min(to_next)
+            .max(least)
     }
+}
+
+/// Returns the distance in a leaf along which a field with this value keeps its sign.
+fn clear_distance(leaf: &Cell, value: f32, direction: [f32; 3]) -> f32 {
+    let Some(gradient) = leaf.gradient else {
+        return 0.0;
+    };
+    let bounds = (leaf.slope, Some(gradient));
+    let changes = directional_bounds(bounds, direction, value.sign_nonzero());
+    value.abs() / changes.decrease_max
 }
 
 /// Returns the distance along a ray from a point in a box to just beyond the face through which it leaves.
@@ -89,6 +92,21 @@ mod tests {
     use super::*;
     use crate::cpu::leaf_bins::tests::cells;
     use sdfc_vm::real::Vector3;
+
+    /// The bounds of a gradient limit how fast a value falls along a ray.
+    #[test]
+    fn values_are_distances_where_gradients_are_bounded() {
+        let cells = cells();
+        let leaf = cells.leaves().next().expect("a leaf");
+        let mut cell = *cells.cell(leaf);
+        assert_eq!(clear_distance(&cell, 0.3, [-1.0, 0.0, 0.0]), 0.0);
+        (cell.slope, cell.gradient) = (2.0, Some([[1.0, 2.0], [0.0, 0.0], [0.0, 0.0]]));
+        let towards = clear_distance(&cell, 0.3, [-1.0, 0.0, 0.0]);
+        assert!((0.149..=0.15).contains(&towards), "{towards}");
+        assert!(clear_distance(&cell, 0.3, [1.0, 0.0, 0.0]) > 1e3);
+        let inside = clear_distance(&cell, -0.3, [1.0, 0.0, 0.0]);
+        assert!((0.149..=0.15).contains(&inside), "{inside}");
+    }
 
     /// A sample lies in the next cell, or before, wherever the last one was.
     #[test]
