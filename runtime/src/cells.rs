@@ -20,7 +20,6 @@ pub(crate) mod trial;
 
 pub use build::{CellSpec, build};
 pub use incremental::{changed_instructions, rebuild_after_edit};
-pub(crate) use lookup::Neighbourhood;
 pub use lookup::{CellInfo, Occupancy};
 pub use on_demand::{MAX_BLOCKS, MortonKey, OnDemandCells};
 pub use pack::{DeferredCell, GpuCells, required_registers};

@@ -1,7 +1,7 @@
 //! Lookup of cells by grid coordinates: integers with the digits of all levels of cells. Two bits per level
 //! select a child along each axis, so the lookup of a point takes no arithmetic but shifts.
 
-use super::{Aabb, CHILDREN, Cell, CellSplit, Cells, EMPTY, FULL, LEAF, NODE};
+use super::{Aabb, CHILDREN, CellSplit, Cells, EMPTY, FULL, LEAF, NODE};
 use sdfc_vm::lanes::{LANES, Points};
 
 /// Number of bits of a level's digit.
@@ -96,33 +96,7 @@ pub struct CellInfo {
     pub clauses: Option<usize>,
 }
 
-/// The smallest cell around a point.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Neighbourhood<'a> {
-    /// Box of the cell.
-    pub(crate) region: Aabb,
-    /// The cell, where it may contain a surface.
-    pub(crate) leaf: Option<&'a Cell>,
-}
-
 impl Cells {
-    /// Returns the smallest cell around a point; `None` outside all cells.
-    pub(crate) fn neighbourhood_at(&self, p: [f32; 3]) -> Option<Neighbourhood<'_>> {
-        Some(match self.child_entry_at(p)? {
-            (parent, child, EMPTY | FULL) => Neighbourhood {
-                region: self.cell(parent).region.child(child, self.split),
-                leaf: None,
-            },
-            (_, _, entry) => {
-                let cell = self.cell(entry - LEAF);
-                Neighbourhood {
-                    region: cell.region,
-                    leaf: Some(cell),
-                }
-            }
-        })
-    }
-
     /// Returns the content of the cell at a point. Points outside all cells belong to the root's tape.
     pub fn occupancy_at(&self, p: [f32; 3]) -> Occupancy {
         match self.child_entry_at(p) {

@@ -28,7 +28,6 @@ use super::ray_tasks::{ColumnChoice, Lanes, is_nan, lane_ray, lanes, store_point
 use super::{AabbLanes, Evaluator, F32x64, GradientRangeLanes, LANES, Points, RangeLanes};
 use crate::cells::Cell;
 use crate::render::ray::vector;
-pub(super) use entry::directional_bounds;
 use entry::{bound_directions, cull_entered, entry_points, misses_leaf};
 use interval_cull::cull_clear;
 use refine_roots::{estimate_roots, refine_roots};

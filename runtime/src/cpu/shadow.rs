@@ -3,7 +3,6 @@
 mod candidate_check;
 mod sized;
 mod starts;
-mod step_limits;
 
 use super::ray_tasks::{
     ColumnChoice, RayTask, any_nonzero, is_nan, lane_vector, lanes, run_streamed, set_lane_vector,
@@ -11,11 +10,9 @@ use super::ray_tasks::{
 };
 use super::tile::Tile;
 use super::{Evaluator, F32x64, LANES, Points};
-use crate::cells::Cells;
 use crate::render::ray::vector;
 use sdfc_shaders::features::ShadowForm;
 use starts::{ShadowCaster, ShadowRayStart, ray_starts};
-use step_limits::StepLimits;
 
 use sdfc_shaders::layout::{FrameUniforms, LightRecord};
 use sdfc_shaders::{camera, candidate, marching, shadow};
@@ -28,7 +25,7 @@ lanes! {
         axis_x, axis_y, axis_z, light_t, size, ray_number, best_visibility, clear_t, steps_before,
         t, visibility, steps, min_step, side, rounding, field_before, step, slope_before, last_visibility, candidate_t,
         next_check_t, moves,
-        sample_t, last_sample_t, last_sample, value, phase, round, gradient_x, gradient_y, gradient_z, offset_x, offset_y, offset_z,
+        sample_t, value, phase, round, gradient_x, gradient_y, gradient_z, offset_x, offset_y, offset_z,
     }
 }
 
@@ -42,14 +39,12 @@ struct ShadowRays<'a, const FORM: u32> {
     frame: &'a FrameUniforms,
     light: &'a LightRecord,
     starts: &'a [ShadowRayStart],
-    /// Limits between samples; `None` where the values or a statement prove steps.
-    limits: Option<StepLimits<'a>>,
     light_visibility: &'a mut [f32],
 }
 
 /// Computes the fraction of a light that arrives at the shown pixels; returns the number of evaluations.
 pub(super) fn cast(
-    (frame, cells): (&FrameUniforms, Option<&Cells>),
+    frame: &FrameUniforms,
     light: &LightRecord,
     light_index: usize,
     form: ShadowForm,
@@ -68,7 +63,6 @@ pub(super) fn cast(
                 frame,
                 light,
                 starts: &starts,
-                limits: StepLimits::new(frame, cells),
                 light_visibility: &mut tile.light_visibility[light_index],
             };
             let items: Vec<u32> = (0..starts.len() as u32).collect();
@@ -242,7 +236,7 @@ impl<const FORM: u32> ShadowRays<'_, FORM> {
     /// Reports whether samples on each step prove that there is no surface.
     #[inline(always)]
     fn proves_steps(&self) -> bool {
-        self.limits.is_some() || marching::proves_steps(self.frame.step_factor)
+        marching::proves_steps(self.frame.step_factor)
     }
 
     /// Advances rays that are not divergent. With `PROVES`, samples on their steps prove that there is no surface.
@@ -256,8 +250,6 @@ impl<const FORM: u32> ShadowRays<'_, FORM> {
         // Copied here, since the loop's writes could alias the fields behind a pointer.
         let light_params = self.light_params();
         let mut transitions = sized::RayTransitions::default();
-        let limits = self.limits.filter(|_| PROVES);
-        let limits = limits.map(|limits| (limits, self.last_samples(block, values)));
         for (i, ended) in ended.iter_mut().enumerate() {
             let field = values.0[i] * block.side.0[i];
             if PROVES && light_params.proves_part_of_step(block, i, field) {
@@ -279,22 +271,8 @@ impl<const FORM: u32> ShadowRays<'_, FORM> {
                 light_params.plan_sample(block, i, t, field);
             }
         }
-        if let Some((limits, last)) = limits {
-            light_params.limit_samples(block, limits, &last);
-        }
         if FORM == SIZED {
             light_params.begin_next_rays(block, &transitions, ended);
-        }
-    }
-
-    /// Returns the present samples, before rays advance.
-    fn last_samples(&self, block: &ShadowLanes, values: &F32x64) -> LastSamples {
-        let mut points = Points::default();
-        self.points(block, &mut points);
-        LastSamples {
-            points,
-            t: block.sample_t,
-            values: *values,
         }
     }
 
@@ -314,14 +292,6 @@ impl<const FORM: u32> ShadowRays<'_, FORM> {
             choice: ColumnChoice::new(),
         }
     }
-}
-
-/// Samples of all rays, from which the places of the next ones follow.
-struct LastSamples {
-    points: Points,
-    /// Distances along the rays.
-    t: F32x64,
-    values: F32x64,
 }
 
 /// Reports whether a form of shadows has penumbras.
@@ -451,37 +421,18 @@ impl<const FORM: u32> LightParams<FORM> {
         if t >= end_t {
             return false;
         }
-        let (last_t, last) = (block.last_sample_t.0[i], block.last_sample.0[i]);
-        let slope = shadow::slope(field, last, t - last_t);
+        let step = block.step.0[i] - (end_t - t);
+        let slope = shadow::slope(field, block.field_before.0[i], step);
         let rounding = self.rounding_at(block, i, t);
         if field >= -marching::sign_margin(rounding, slope, self.is_raw) {
             let min_step = self.min_sample_step(block, i, t);
             block.sample_t.0[i] =
                 marching::later_sample_t(t, field, self.step_factor, min_step, end_t);
-            block.last_sample_t.0[i] = t;
-            block.last_sample.0[i] = field;
             return true;
         }
         block.t.0[i] = t;
-        block.step.0[i] = t - last_t;
-        block.field_before.0[i] = last;
+        block.step.0[i] = step;
         false
-    }
-
-    /// Places the next samples on steps no farther from the last ones than the limits allow.
-    fn limit_samples(self, block: &mut ShadowLanes, limits: StepLimits<'_>, last: &LastSamples) {
-        for i in 0..LANES {
-            let (t, end_t) = (last.t.0[i], block.t.0[i]);
-            let min_step = self.min_sample_step(block, i, t);
-            let least = StepLimits::least(t, min_step);
-            block.sample_t.0[i] = end_t;
-            if end_t - t > least {
-                let [x, y, z] = [0, 1, 2].map(|axis| last.points[axis].0[i]);
-                let ray = (V3::new(x, y, z), lane_direction(block, i));
-                let limit = limits.limit(ray, last.values.0[i], least);
-                block.sample_t.0[i] = (t + limit).min(end_t);
-            }
-        }
     }
 
     /// Places the first sample on the next step of a ray, after a sample at `t` with the value `field`.
@@ -490,8 +441,6 @@ impl<const FORM: u32> LightParams<FORM> {
         let (min_step, end_t) = (self.min_sample_step(block, i, t), block.t.0[i]);
         block.sample_t.0[i] =
             marching::first_sample_t(t, field, self.step_factor, min_step, end_t, t);
-        block.last_sample_t.0[i] = t;
-        block.last_sample.0[i] = field;
     }
 
     /// Returns the minimum distance between samples on a step at `t`. Nothing narrower is visible.

@@ -76,10 +76,9 @@ impl Tile {
                 RenderStage::Surface => normal::find_surfaces(frame, self, evaluator),
                 RenderStage::Shadow => {
                     let light_forms = features.lights.iter().zip(&job.lights).enumerate();
-                    let cells = traversal.map(|traversal| &*traversal.cells);
                     light_forms
                         .map(|(i, (&form, light))| {
-                            shadow::cast((frame, cells), light, i, form, self, evaluator)
+                            shadow::cast(frame, light, i, form, self, evaluator)
                         })
                         .sum()
                 }

@@ -104,11 +104,11 @@ fn intersect_box_body(region: &Aabb, p: &mut Packet) -> Crossings {
 
 /// Bounds of the field's directional derivative along a ray in a cell.
 #[derive(Clone, Copy)]
-pub(in crate::cpu) struct DirectionalBounds {
+pub(super) struct DirectionalBounds {
     /// Largest absolute value.
     pub(super) slope: f32,
     /// Largest rate of decrease.
-    pub(in crate::cpu) decrease_max: f32,
+    pub(super) decrease_max: f32,
     /// Smallest rate of decrease.
     pub(super) decrease_min: f32,
 }
@@ -116,7 +116,7 @@ pub(in crate::cpu) struct DirectionalBounds {
 /// Bounds the directional derivative along a ray. Where the gradient is bounded, it may be far less than the
 /// slope.
 #[inline(always)]
-pub(in crate::cpu) fn directional_bounds(
+pub(super) fn directional_bounds(
     (cell_slope, gradient): (f32, Option<[[f32; 2]; 3]>),
     direction: [f32; 3],
     side: f32,
