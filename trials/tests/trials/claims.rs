@@ -37,8 +37,8 @@ use test_shape::TestShape;
 /// Scenes that amplify rounding: hashes by large factors, modulo one, and iterations that exceed floats.
 const ROUNDING_AMPLIFIERS: &[&str] = &[
     "voronoi_stones",
-    "julia_of_twelve_rounds",
-    "ring_mapped_by_a_fractal",
+    "z_julia_of_twelve_rounds",
+    "z_ring_mapped_by_a_fractal",
 ];
 /// Value from which on the compiler may limit points and values that exceed `f32` elsewhere.
 const MIN_LIMITED_VALUE: f64 = 1e11;
