@@ -504,8 +504,7 @@ impl CutterExtension<'_> {
         }
         let id = self.extend_flat_faces(id, path, cut);
         let id = self.extend_sloped_faces(id, path, cut);
-        let id = self.extend_rounded_faces(id, path, cut);
-        self.without_covering_sides(id, path, cut).unwrap_or(id)
+        self.extend_rounded_faces(id, path, cut)
     }
 
     fn constants(&self, ids: &[ExprId]) -> Option<Vec<f64>> {

@@ -15,19 +15,19 @@ use sdfc_lang::Diagnostic;
 use sdfc_vm::table::Op;
 use std::collections::{HashMap, HashSet};
 
-/// Removes the factors of all fields below a shape whose sign alone counts, and odd functions around them. A field
+/// Removes the factors of all fields whose sign alone counts, and odd functions around them. `uses` are those of the shapes
+/// that are drawn ([`uses_below`]). A field
 /// with a stated slope keeps its factors. That slope says nothing about a field without its odd functions. A field that
 /// is negative nowhere is no shape; returns warnings of these.
 pub(crate) fn remove_factors(
     scene: &mut Scene,
-    root: ShapeId,
+    uses: &HashSet<(ShapeId, bool)>,
     ranges: &ParamRanges,
 ) -> Vec<Diagnostic> {
-    let visited = uses_below(scene, root);
     let mut warnings = Vec::new();
     // In the order of the text, so that numbers are built in the same order each time.
     for (index, shape) in (0..).zip(&mut scene.shapes) {
-        let [by_sign, by_value] = [true, false].map(|it| visited.contains(&(ShapeId(index), it)));
+        let [by_sign, by_value] = [true, false].map(|it| uses.contains(&(ShapeId(index), it)));
         let ShapeKind::Field { value, slope, .. } = &mut shape.kind else {
             continue;
         };

@@ -13,20 +13,31 @@ use crate::uniforms::{postorder, rewrite_number};
 use sdfc_vm::bounds::Bounds;
 use sdfc_vm::interval::Interval;
 use sdfc_vm::table::Op;
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 /// Limit of values that may overflow: no distance is as large.
 const MAX_VALUE: f64 = 1e30;
 /// Limit of coordinates that may overflow: their cubes are numbers.
 const MAX_COORDINATE: f64 = 1e12;
 
-/// Limits of the numbers of all shapes, where they may overflow.
-pub(crate) fn limit_overflow(scene: &mut Scene, root: ShapeId, param_ranges: &ParamRanges) {
+/// Limits the numbers of the shapes that are drawn, where they may overflow.
+pub(crate) fn limit_overflow(
+    scene: &mut Scene,
+    root: ShapeId,
+    uses: &HashSet<(ShapeId, bool)>,
+    param_ranges: &ParamRanges,
+) {
     let e = &mut scene.expressions;
-    for (index, shape) in (0..).zip(&mut scene.shapes) {
+    for (id, shape) in (0..).map(ShapeId).zip(&mut scene.shapes) {
+        if ![true, false]
+            .iter()
+            .any(|&by_sign| uses.contains(&(id, by_sign)))
+        {
+            continue;
+        }
         match &mut shape.kind {
             ShapeKind::Field { value, .. } => {
-                let limit = (ShapeId(index) != root).then_some(MAX_VALUE);
+                let limit = (id != root).then_some(MAX_VALUE);
                 *value = outside_where_overflown(e, *value, limit, param_ranges);
             }
             ShapeKind::Warp { point, .. } => {

@@ -1,7 +1,7 @@
 //! Sides of cutters that enclose the body, as where a shoulder is turned: `cylinder(20, 40) - cylinder(20, 15)`.
 //!
-//! Where a side of a cutter coincides with one of the body, or lies slightly outside, values are near zero although
-//! nothing is there. A side that encloses the body cuts nothing. So a cylinder, a cone, a prism or an extrusion becomes
+//! A side of a cutter may coincide with one of the body, or lie slightly outside. There, values are near zero although
+//! nothing is left. A side that encloses the body cuts nothing. So a cylinder, a cone, a prism or an extrusion becomes
 //! the slab between its faces. An intersection loses the operand, and a subtraction becomes a complement.
 //!
 //! Three facts prove it. The body has the same profile, or it has a smaller radius, or a convex profile contains the
@@ -42,9 +42,36 @@ impl CutterExtension<'_> {
         path: &[PathStep],
         cut: &CutContext,
     ) -> Option<ShapeId> {
-        self.without_covering_sides(id, path, cut)?;
-        let straight = self.extend_flat_faces(id, path, cut);
-        self.without_covering_sides(straight, path, cut)
+        let slab = self.without_covering_sides(id, path, cut)?;
+        let straight = self.with_straight_sides(id);
+        let extended = self.extend_flat_faces(straight, path, cut);
+        Some(
+            self.without_covering_sides(extended, path, cut)
+                .unwrap_or(slab),
+        )
+    }
+
+    /// Returns a cylinder around a cone, whose faces can be moved; any other part as it is.
+    fn with_straight_sides(&mut self, id: ShapeId) -> ShapeId {
+        let Some(Sides {
+            half,
+            radii: Some([bottom, top]),
+            ..
+        }) = self.sides_of(id)
+        else {
+            return id;
+        };
+        if bottom == top {
+            return id;
+        }
+        let numbers = [bottom.max(top), half];
+        let expressions = &mut self.scene.expressions;
+        let parameters = numbers.map(|number| expressions.constant(number)).to_vec();
+        let kind = ShapeKind::Primitive {
+            op: Op::Cylinder,
+            parameters,
+        };
+        self.scene.derived(id, kind)
     }
 
     /// Returns a part of a cutter without its sides; `None` if they are not proved to enclose the body. `path` leads from
@@ -105,12 +132,6 @@ impl CutterExtension<'_> {
         let Some((part, part_rows)) = self.innermost(id) else {
             return false;
         };
-        let used = uses_below(self.scene, id);
-        let is_painted =
-            |&(id, _): &(ShapeId, bool)| matches!(self.kind(id), ShapeKind::Painted { .. });
-        if used.iter().any(is_painted) {
-            return false;
-        }
         let is_2d = self.scene.shapes[part.0 as usize].is_2d;
         let sides = Sides {
             part,
@@ -118,7 +139,11 @@ impl CutterExtension<'_> {
             half: f64::INFINITY,
             radii: None,
         };
-        self.encloses(sides, body, &compose(&part_rows, &rows))
+        if !self.encloses(sides, body, &compose(&part_rows, &rows)) {
+            return false;
+        }
+        let mut parts = uses_below(self.scene, id).into_iter();
+        !parts.any(|(id, _)| matches!(self.kind(id), ShapeKind::Painted { .. }))
     }
 
     /// Returns the complement of the union of shapes, in place of one that they were subtracted from.
@@ -350,7 +375,7 @@ impl CutterExtension<'_> {
         }
         if let Some(radii) = sides.radii {
             let rate = (radii[1] - radii[0]) / (2.0 * sides.half);
-            let points = self.radii_and_heights(id, &bounds, rows);
+            let points = self.radii_and_heights(sides, id, &bounds, rows);
             return points.into_iter().all(|[radius, height]| {
                 let limit = radii[0] + rate * (height + sides.half);
                 radius <= limit + F32_TOLERANCE * radius.max(height.abs())
@@ -399,26 +424,53 @@ impl CutterExtension<'_> {
         }
     }
 
-    /// Returns radii and heights of circles about the y axis of a part. The hull of their discs contains a shape.
-    fn radii_and_heights(&self, id: ShapeId, bounds: &Bounds, rows: &AffineRows) -> Vec<[f64; 2]> {
-        let Some(ends) = self.ends_of_revolution(id, bounds) else {
-            let points = self.hull_points(id, bounds).into_iter();
-            let in_part = points.map(|point| transform_point(rows, point));
-            return in_part.map(|p| [p.x.hypot(p.z), p.y]).collect();
-        };
+    /// Returns radii and heights of circles about the y axis of a part. The hull of their discs contains a shape, as far as
+    /// it lies between the faces.
+    fn radii_and_heights(
+        &self,
+        sides: Sides,
+        id: ShapeId,
+        bounds: &Bounds,
+        rows: &AffineRows,
+    ) -> Vec<[f64; 2]> {
         let column = |column: usize| DVec3::from([0, 1, 2].map(|row| rows[row][column]));
         let [x, y, z] = [column(0), column(1), column(2)];
-        let is_parallel = y.x.hypot(y.z) <= F32_TOLERANCE * y.length();
-        if !is_parallel {
-            let corners = bounds.corners().map(|p| transform_point(rows, p.into()));
-            return corners.map(|p| [p.x.hypot(p.z), p.y]).to_vec();
+        let are_orthogonal =
+            |a: DVec3, b: DVec3| a.dot(b).abs() <= F32_TOLERANCE * a.length() * b.length();
+        let is_upright = [
+            (x, DVec3::Y),
+            (z, DVec3::Y),
+            (x, z),
+            (y, DVec3::X),
+            (y, DVec3::Z),
+        ]
+        .iter()
+        .all(|&(a, b)| are_orthogonal(a, b));
+        match self.ends_of_revolution(id, bounds) {
+            Some(ends) if is_upright => {
+                let stretch = x.length().max(z.length());
+                let circle = |[radius, height]: [f64; 2]| {
+                    let centre = transform_point(rows, DVec3::new(0.0, height, 0.0));
+                    [centre.x.hypot(centre.z) + radius * stretch, centre.y]
+                };
+                let [a, b] = ends.map(circle);
+                // The discs between both ends are the rest of the hull.
+                let at_height = |[radius, height]: [f64; 2]| {
+                    let clipped = height.clamp(-sides.half, sides.half);
+                    let rate = (b[0] - a[0]) / (b[1] - a[1]);
+                    match rate.is_finite() {
+                        true => [radius + rate * (clipped - height), clipped],
+                        false => [radius, height],
+                    }
+                };
+                [a, b].map(at_height).to_vec()
+            }
+            _ => {
+                let points = self.hull_points(id, bounds).into_iter();
+                let in_part = points.map(|point| transform_point(rows, point));
+                in_part.map(|p| [p.x.hypot(p.z), p.y]).collect()
+            }
         }
-        let stretch = x.length().max(z.length());
-        let circle = |[radius, height]: [f64; 2]| {
-            let centre = transform_point(rows, DVec3::new(0.0, height, 0.0));
-            [centre.x.hypot(centre.z) + radius * stretch, centre.y]
-        };
-        ends.map(circle).to_vec()
     }
 
     /// Returns the radii and the heights of both ends of a solid of revolution about its y axis.

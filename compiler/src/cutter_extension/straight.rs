@@ -94,6 +94,10 @@ impl CutterExtension<'_> {
         cut: &CutContext,
     ) -> Bounds {
         let mut bounds = self.bounds(id);
+        let is_2d = self.scene.shapes[id.0 as usize].is_2d;
+        if bounds.is_finite() || is_2d {
+            return bounds;
+        }
         let (Some(to_part), Some(body)) = (rows_to_part(path), cut.body) else {
             return bounds;
         };

@@ -305,6 +305,17 @@ const ENCLOSING_CASES: &[Case] = &[
         [1.5, 1.0, 0.0],
         1.0,
     ),
+    // Its upper face is moved, too.
+    (
+        "cone(r1: 3, r2: 1, h: 4) - cone(r1: 2, r2: 1, h: 2).translate(0, 1, 0)",
+        [0.0, 2.0, 0.0],
+        2.0,
+    ),
+    (
+        "cylinder(r: 2, h: 4) - cylinder(r: 2, h: 2).translate(0, 1, 0)",
+        [0.0, 2.0, 0.0],
+        2.0,
+    ),
     ("sphere(2) - sphere(2).slice(Y)", [0.0, 2.0, 0.0], 2.0),
     (
         "box([2, 4, 2]) - cylinder(r: 1.5, h: 2).translate(0, 1, 0)",
@@ -362,6 +373,12 @@ const ENCLOSING_CASES: &[Case] = &[
         0.0,
     ),
     ("sphere(2) - sphere(1.9).slice(Y)", [0.0, 1.9, 0.0], 0.0),
+    // A sheared bar, which is wider than its axes are long.
+    (
+        "cylinder(r: 1, h: 4).shear(xz: 0.9) - cylinder(r: 1.45, h: 2).translate(0, 1, 0)",
+        [1.217639, 1.0, 0.787308],
+        0.0,
+    ),
 ];
 
 #[test]

@@ -25,7 +25,7 @@ pub(super) fn find_violation(tested: &TestShape, seed: u64) -> Option<String> {
         let step = tested.step(p);
         let slope = tested.gradient(p);
         let slack = MAX_ROUNDING_PER_SIZE * size_at(p, 1.0);
-        let length = step.abs() / tested.max_slope * (1.0 - 1e-5) - slack;
+        let length = step.abs() / tested.max_step_slope * (1.0 - 1e-5) - slack;
         // No step is claimed where the written value overflows.
         if tested.value(p).is_infinite() {
             continue;
@@ -98,7 +98,7 @@ fn steps_of_fields_with_products_pass_no_surface() {
             continue;
         }
         tested.has_estimated_bound = false;
-        tested.max_slope = 1.0;
+        tested.max_step_slope = 1.0;
         if let Some(violation) = find_violation(&tested, seed) {
             panic!("{violation}\n{text}");
         }

@@ -44,8 +44,10 @@ pub(super) struct TestShape {
     pub(super) slopes: Vec<StatedSlope>,
     /// Set if the compiler states that a slope bound is only estimated where rays may pass.
     pub(super) has_estimated_bound: bool,
-    /// Bound of the slope of the marching step.
+    /// Bound of the slope of the value, in units of the stated ones.
     pub(super) max_slope: f64,
+    /// Bound of the slope of the marching step.
+    pub(super) max_step_slope: f64,
     /// Bounding box at the current values of the parameters.
     pub(super) bounds: Bounds,
     /// All boxes stated to contain the shape.
@@ -144,6 +146,7 @@ impl TestShape {
         state.apply_to(&mut compiled);
         let settings = &compiled.module.settings;
         let bounds = settings.current_bounds.bounds;
+        let max_step_slope = settings.max_slope();
         let mut boxes = vec![bounds, settings.bounds_for_all_params];
         let is_at_other_state = !state.values.is_empty() || state.time != 0.0;
         if !is_at_other_state {
@@ -170,7 +173,7 @@ impl TestShape {
         scene.root = Some(ShapeId(scene.shapes.len() as u32 - 1));
         let mut unnormalized = compile(scene, &Options::default()).0?;
         let max_slope = unnormalized.module.settings.max_slope();
-        let has_estimated_bound = max_slope.is_infinite();
+        let has_estimated_bound = max_slope.max(max_step_slope).is_infinite();
         let uniform_values = state.apply_to(&mut unnormalized);
         let size = largest_finite_coordinate(&bounds);
         let ray_range = Bounds::centred([RAY_RANGE_SIZES * size; 3]);
@@ -186,6 +189,7 @@ impl TestShape {
             slopes,
             has_estimated_bound,
             max_slope,
+            max_step_slope,
             bounds,
             boxes,
             is_at_other_state,
