@@ -1,7 +1,8 @@
 //! Positive factors of raw fields, which change neither the sign nor the surface.
 //!
 //! Factors of fields whose sign alone counts are removed before anything is searched or proved. So a factor changes
-//! no bit of a picture. Odd functions go with them. Offsets, blends and displacements act on the written value, and
+//! no bit of a picture, and parts of a minimum or maximum have the slopes of their shapes, so that light and marching see
+//! the nearest one. Odd functions go with them. Offsets, blends and displacements act on the written value, and
 //! keep it.
 
 use crate::analysis::definedness::parts_by_definedness;
@@ -85,8 +86,66 @@ fn keeps_signs(kind: &ShapeKind) -> bool {
 /// Maximum depth of products in which factors are found.
 const MAX_DEPTH: u32 = 32;
 
-/// Returns a field with the same sign without positive factors.
+/// Returns a field with the same sign without factors, also of the operands of minima and maxima. So all parts of a field
+/// have the slopes that their shapes give them.
 fn without_factors(e: &mut Expressions, number: ExprId, ranges: &ParamRanges) -> ExprId {
+    let mut results: HashMap<ExprId, ExprId> = HashMap::new();
+    for id in numbers_by_sign(e, number) {
+        let result = match sign_operands(e, id) {
+            Some((op, operands)) => {
+                let operands: Vec<ExprId> = operands.iter().map(|it| results[it]).collect();
+                match op {
+                    Some(op) => e.call(op, &operands),
+                    None => operands[0],
+                }
+            }
+            None => without_outer_factors(e, id, ranges),
+        };
+        results.insert(id, result);
+    }
+    results[&number]
+}
+
+/// Returns a number and all numbers below it from whose signs its own follows. Operands come before their users.
+fn numbers_by_sign(e: &Expressions, number: ExprId) -> Vec<ExprId> {
+    let (mut reached, mut pending) = (HashSet::from([number]), vec![number]);
+    while let Some(id) = pending.pop() {
+        let operands = sign_operands(e, id).map(|(_, operands)| operands);
+        let operands = operands.into_iter().flatten();
+        pending.extend(operands.filter(|&operand| reached.insert(operand)));
+    }
+    let mut order: Vec<ExprId> = reached.into_iter().collect();
+    // Operands are always built before their users.
+    order.sort_unstable();
+    order
+}
+
+/// Returns the numbers from whose signs that of a number follows, and the operation on them, if any is needed.
+fn sign_operands(e: &Expressions, number: ExprId) -> Option<(Option<Op>, Vec<ExprId>)> {
+    let Expression::Apply { op, values, .. } = e.get(number) else {
+        return None;
+    };
+    if e.stage(number) <= Stage::Uniform {
+        return None;
+    }
+    let sign_of = |id: ExprId| {
+        let factor = e.as_constant(id)?;
+        (factor.is_finite() && factor != 0.0).then_some(factor)
+    };
+    let scaled = |operand: ExprId, factor: f64| {
+        let op = (factor < 0.0).then_some(Op::Neg);
+        Some((op, vec![operand]))
+    };
+    match (*op, values.as_slice()) {
+        (Op::Min | Op::Max | Op::Neg, _) => Some((Some(*op), values.to_vec())),
+        (Op::Mul | Op::Div, &[a, b]) if let Some(factor) = sign_of(b) => scaled(a, factor),
+        (Op::Mul, &[a, b]) => scaled(b, sign_of(a)?),
+        _ => None,
+    }
+}
+
+/// Returns a field with the same sign without the factors around it.
+fn without_outer_factors(e: &mut Expressions, number: ExprId, ranges: &ParamRanges) -> ExprId {
     if let Some([undefined, defined]) = parts_by_definedness(e, number) {
         let defined = without_factors(e, defined, ranges);
         let outside = e.constant(NO_SURFACE_DISTANCE);
@@ -103,6 +162,9 @@ fn without_factors(e: &mut Expressions, number: ExprId, ranges: &ParamRanges) ->
     let Factors {
         is_negated, live, ..
     } = factors;
+    if rest != number && sign_operands(e, rest).is_some() {
+        rest = without_factors(e, rest, ranges);
+    }
     let value = match is_negated {
         true => e.call(Op::Neg, &[rest]),
         false => rest,

@@ -11,4 +11,5 @@ mod operations;
 mod repetition;
 mod sweeps;
 mod transform;
+mod unequal_scale;
 mod vectors;

@@ -8,12 +8,11 @@ use crate::elaborate::argument_conversion::BoundArgs;
 use crate::elaborate::numbers::{Form, components};
 use crate::elaborate::value::{EvalResult, Quantity, ScalarValue, Value};
 use crate::expression::{ExprId, Stage};
-use crate::scene::{MaterialId, ShapeId, ShapeKind};
-use crate::symbolic::{Symbolic, simplified, with_expressions};
+use crate::scene::{ShapeId, ShapeKind};
+use crate::symbolic::{Symbolic, with_expressions};
 use sdfc_lang::{Diagnostic, Span, codes};
 use sdfc_vm::ops::affine::{self, Affine};
 use sdfc_vm::real::{Real, lit};
-use sdfc_vm::table::Op;
 
 impl<'a> Elaborator<'a> {
     /// Adds a frame to a shape; an empty shape and an identity need none.
@@ -83,21 +82,28 @@ impl<'a> Elaborator<'a> {
         Ok(Value::Shape(id))
     }
 
-    /// Evaluates `scale(shape, by)`. Distances are scaled by the smallest factor, so uneven factors give a bound.
+    /// Evaluates `scale(shape, by)`. Where no other shape has the scaled form, distances are scaled by the smallest
+    /// factor, so uneven factors give a bound.
     pub(crate) fn scale(&mut self, bound: BoundArgs<'a>) -> EvalResult<'a> {
-        let ids = bound.vector(1);
-        let factors = ids.map(Symbolic);
-        let is_even = if bound.is_2d {
-            ids[0] == ids[1]
-        } else {
-            ids[0] == ids[1] && ids[1] == ids[2]
-        };
-        let is_2d = bound.is_2d;
-        if !is_even && let Some(id) = self.scale_sphere(bound.shape(0), ids, bound.span) {
-            return Ok(Value::Shape(id));
-        }
-        let id = self.add_frame(bound.shape(0), bound.span, || {
-            let [x, y, z] = factors;
+        let (child, factors) = (bound.shape(0), bound.vector(1));
+        let scaled = self
+            .with_unequal_scale(child, factors)
+            .unwrap_or_else(|| self.scaled_along_axes(child, factors, bound.span));
+        Ok(Value::Shape(scaled))
+    }
+
+    /// Adds a frame that scales a shape along the axes.
+    pub(super) fn scaled_along_axes(
+        &mut self,
+        child: ShapeId,
+        factors: [ExprId; 3],
+        span: Span,
+    ) -> ShapeId {
+        let is_even = factors[0] == factors[1];
+        let is_2d = self.shapes[child.0 as usize].is_2d;
+        let is_even = is_even && (is_2d || factors[1] == factors[2]);
+        self.add_frame(child, span, || {
+            let [x, y, z] = factors.map(Symbolic);
             let min_factor = if is_even {
                 x.abs()
             } else if is_2d {
@@ -108,52 +114,7 @@ impl<'a> Elaborator<'a> {
             let (o, one) = (lit::<Symbolic>(0.0), lit::<Symbolic>(1.0));
             let [x, y, z] = [one / x, one / y, one / z];
             ([x, o, o, o, o, y, o, o, o, o, z, o], min_factor)
-        });
-        Ok(Value::Shape(id))
-    }
-
-    /// Scales a sphere or an ellipsoid along the axes: the result is an ellipsoid, whose value is a
-    /// distance. A material assignment is kept if the material is uniform.
-    fn scale_sphere(
-        &mut self,
-        child: ShapeId,
-        factors: [ExprId; 3],
-        span: Span,
-    ) -> Option<ShapeId> {
-        let kind = self.shapes[child.0 as usize].kind.clone();
-        let radii = match &kind {
-            ShapeKind::Painted { child, material } => {
-                let (child, material) = (*child, *material);
-                if !self.is_uniform_material(material) {
-                    return None;
-                }
-                let child = self.scale_sphere(child, factors, span)?;
-                return Some(self.add(ShapeKind::Painted { child, material }, false, span));
-            }
-            ShapeKind::Primitive { op, parameters } => match (op, &parameters[..]) {
-                (Op::Sphere, [r]) => [*r; 3],
-                (Op::Ellipsoid, [x, y, z]) => [*x, *y, *z],
-                _ => return None,
-            },
-            _ => return None,
-        };
-        let radii: [ExprId; 3] = std::array::from_fn(|axis| {
-            let factor = simplified(&mut self.expressions, Op::Abs, &[factors[axis]]);
-            simplified(&mut self.expressions, Op::Mul, &[radii[axis], factor])
-        });
-        let op = Op::Ellipsoid;
-        let parameters = self.prepare_parameters(op, &radii);
-        Some(self.add(ShapeKind::Primitive { op, parameters }, false, span))
-    }
-
-    /// Reports whether no number of a material depends on the point.
-    fn is_uniform_material(&self, material: MaterialId) -> bool {
-        let material = &self.materials[material.0 as usize];
-        let numbers = material.channel_numbers();
-        let channels = numbers.iter().chain(&material.bump);
-        channels
-            .into_iter()
-            .all(|&id| self.expressions.stage(id) <= Stage::Uniform)
+        })
     }
 
     /// Evaluates `rotate(shape, angle, axis)` or `rotate(shape, [about x, about y, about z])`.
