@@ -41,9 +41,14 @@ const MIN_TAP_LIMIT_FRACTION: f64 = 0.0005;
 const MAX_ROUNDS: f64 = 8.0;
 /// Squared sine of the angle between the faces of the sharpest edge that a probe follows. More opposed faces
 /// are those of a valley between two faces without a surface.
-const MIN_EDGE_SINE_SQUARED: f64 = 0.2;
-/// Thickness of a sheet into which a probe goes back, as a fraction of the distance to it.
-const THIN_SHEET_FRACTION: f64 = 0.1;
+const MIN_EDGE_SINE_SQUARED: f64 = 1e-6;
+/// Squared sine of the angle between two faces below which an edge counts as sharp. The way to it along one face says little
+/// about its place if a face is curved.
+const SHARP_EDGE_SINE_SQUARED: f64 = 0.2;
+/// Maximum length of the last part of the way to a sharp edge, as a fraction of the distance of the edge.
+const EDGE_TOLERANCE: f64 = 0.1;
+/// Fraction of the way to a sharp edge up to which no surface may be.
+const VERIFIED_FRACTION: f64 = 0.9;
 /// Depth below zero from which on a value is not mere rounding, in units of the field's rounding error.
 const MAX_NOISE_ROUNDINGS: f64 = 4.0;
 /// Maximum depth of the field below the gradient's prediction, in units of the value. Beyond it, the line
@@ -56,8 +61,10 @@ const FAR_FRACTION: f64 = 0.999;
 const SHEET_FRACTIONS: [f64; 2] = [1e-4, 0.98];
 /// Phase between phase 4 and those in the middle of a sheet.
 const MIN_FULL_STEP_PHASE: f64 = 3.995;
-/// The last phase of a probe.
-const LAST_PHASE: f64 = 9.0;
+/// Phase that verifies the place of a sharp edge on its new face. Those after it go back there.
+const NEW_FACE_PHASE: f64 = 10.0;
+/// Phase that verifies the place of a sharp edge on its old face. Phases from 5 on go back there.
+const OLD_FACE_PHASE: f64 = 16.0;
 /// Distance of a missing surface.
 pub const NO_SURFACE: f32 = 1e18;
 /// Phase in which a moved candidate takes its value.
@@ -77,12 +84,30 @@ pub fn tap_distance<R: Real>(value: R, point: R::Vec3, limit: R) -> R {
     (value.abs() * lit(TAP_FRACTION)).max(min_distance)
 }
 
-/// Returns the fraction of the probe's step that a phase takes: 1 in phase 4, less in others.
+/// Reports whether a phase takes points between the foot on a new face and a sharp edge.
 #[inline(always)]
-fn step_fraction<R: Real>(phase: R) -> R {
-    let retries = (phase - lit(4.0)).max(lit(0.0)).named("retries");
+fn is_on_new_face<R: Real>(phase: R) -> R::Bool {
+    R::and(
+        lit::<R>(NEW_FACE_PHASE - 0.5).less(phase),
+        phase.less(lit(OLD_FACE_PHASE - 0.5)),
+    )
+}
+
+/// Reports whether a phase verifies that an edge is not nearer than expected.
+#[inline(always)]
+fn is_verifying<R: Real>(phase: R) -> R::Bool {
+    let is_new = (phase - lit(NEW_FACE_PHASE)).abs().less(lit(0.5));
+    R::or(is_new, lit::<R>(OLD_FACE_PHASE - 0.5).less(phase))
+}
+
+/// Returns the fraction of the probe's way that a phase takes: 1 in phase 4, less in others.
+#[inline(always)]
+fn way_fraction<R: Real>(phase: R) -> R {
+    let first = R::select(is_on_new_face(phase), lit(NEW_FACE_PHASE), lit(4.0));
+    let retries = (phase - first).max(lit(0.0)).named("retries");
     let sheet_fraction = (phase - lit(3.5)) * lit(2.0);
-    (lit::<R>(1.0) / (retries * retries + lit(1.0))).min(sheet_fraction)
+    let retried = (lit::<R>(1.0) / (retries * retries + lit(1.0))).min(sheet_fraction);
+    R::select(is_verifying(phase), lit(VERIFIED_FRACTION), retried)
 }
 
 /// Returns the phase that searches the middle of a sheet. Phase 4 has passed it if the field falls as much before the
@@ -97,54 +122,90 @@ fn sheet_phase<R: Real>(value: R, expected: R, field: R) -> R {
     lit::<R>(3.5) + fraction * lit(0.5)
 }
 
-/// Returns the probe's step in phase 4, from the point of a round at `offset` from the candidate.
+/// Returns the squared sine of the angle between two faces by their gradients, below zero where the second does not lead back
+/// from the first. `face` is zero in the first round.
+#[inline(always)]
+fn edge_sine_squared<R: Real>(gradient: R::Vec3, face: R::Vec3) -> R {
+    let along = gradient.dot(face).named("along");
+    let squares = (gradient.dot(gradient) * face.dot(face)).named("squares");
+    let sine_squared = lit::<R>(1.0) - along * along / squares.max(lit(1e-30));
+    R::select(along.less(lit(0.0)), sine_squared, lit(-1.0))
+}
+
+/// Returns 1 where a round is at a sharp edge between its face and the one of the round before, else 0.
+#[inline(always)]
+fn is_sharp_edge<R: Real>(gradient: R::Vec3, face: R::Vec3) -> R::Bool {
+    let sine_squared = edge_sine_squared::<R>(gradient, face).named("sine_squared");
+    R::and(
+        lit::<R>(-0.5).less(sine_squared),
+        sine_squared.less(lit(SHARP_EDGE_SINE_SQUARED)),
+    )
+}
+
+/// Returns a vector, shortened to a length where it is longer.
+#[inline(always)]
+fn no_longer<R: Real>(vector: R::Vec3, length: R) -> R::Vec3 {
+    vector * (length / vector.length().max(lit(1e-30))).min(lit(1.0))
+}
+
+/// Returns the way of a probe in a phase, from the point of a round at `offset` from the candidate.
 ///
 /// It leads against the gradient, slightly beyond the expected surface but at most `limit` far. It does not
-/// lead back from a face that earlier rounds reached, unless through a thin sheet. From a candidate in a
-/// solid it leads out.
+/// lead back from the `face` that the round before reached. From a candidate in a solid it leads out.
+///
+/// At a sharp edge, later phases take points between the foot on the new face and the expected edge. So both faces decide
+/// whether the edge is there, or nearer.
 #[inline(always)]
-fn probe_step<R: Real>(
+fn probe_way<R: Real>(
+    phase: R,
     value: R,
     gradient: R::Vec3,
-    offset: R::Vec3,
+    face: R::Vec3,
     rounding: R,
     limit: R,
 ) -> R::Vec3 {
-    let backward = gradient.dot(offset).max(lit(0.0)).named("backward");
-    let offset_square = offset.dot(offset).named("offset_square");
+    let backward = gradient.dot(face).min(lit(0.0)).named("backward");
+    let face_square = face.dot(face).named("face_square");
     let gradient_square = gradient
         .dot(gradient)
         .max(lit(1e-30))
         .named("gradient_square");
-    let sideways = gradient - offset * (backward / offset_square.max(lit(1e-30)));
-    let is_thin = (value * value)
-        .less(offset_square * gradient_square * lit(THIN_SHEET_FRACTION * THIN_SHEET_FRACTION));
-    let direction = R::Vec3::select(is_thin, gradient, sideways).named("direction");
-    let slope_square = direction.dot(direction).named("slope_square");
+    let sideways = gradient - face * (backward / face_square.max(lit(1e-30)));
+    let sideways = sideways.named("sideways");
+    let slope_square = sideways.dot(sideways).named("slope_square");
     let is_valley = slope_square.less(gradient_square * lit(MIN_EDGE_SINE_SQUARED));
     let slope = slope_square.max(lit(1e-30)).sqrt().named("slope");
     let distance = (value.abs() / slope).named("distance");
     let min_overshoot =
         (rounding * lit(MIN_OVERSHOOT_ROUNDINGS)).max(limit * lit(MIN_OVERSHOOT_LIMIT_FRACTION));
-    let length = (distance + min_overshoot.max(distance * lit(OVERSHOOT_FRACTION))).min(limit);
-    let factor = R::select(is_valley, lit(0.0), length / slope).named("factor");
-    direction * R::select(value.less(lit(0.0)), factor, -factor)
+    let overshoot = min_overshoot.max(distance * lit(OVERSHOOT_FRACTION));
+    let factor = R::select(is_valley, lit(0.0), (distance + overshoot) / slope).named("factor");
+    let signed_factor = R::select(value.less(lit(0.0)), factor, -factor);
+    let step = (sideways * signed_factor).named("step");
+    // The step leads within the old face to the new one, so its part along the gradient leads to the foot.
+    let to_foot = gradient * (step.dot(gradient) / gradient_square);
+    let foot = no_longer::<R>(to_foot, limit).named("foot");
+    let along_face = no_longer::<R>(step - to_foot, limit).named("along_face");
+    let fraction = way_fraction(phase).named("fraction");
+    let foot_fraction = R::select(is_on_new_face(phase), lit(1.0), fraction);
+    foot * foot_fraction + along_face * fraction
 }
 
-/// Returns the candidate's offset to the point that a probe reaches, from which the next round continues.
-/// `point` is that of this round.
+/// Returns the candidate's offset to the point that a probe reaches, from which the next round continues. Verified, it is
+/// that of the edge. `point` is that of this round.
 #[inline(always)]
 pub fn next_offset<R: Real>(
     point: R::Vec3,
     offset: R::Vec3,
+    face: R::Vec3,
     phase: R,
     value: R,
     gradient: R::Vec3,
     limit: R,
 ) -> R::Vec3 {
-    offset
-        + probe_step::<R>(value, gradient, offset, rounding::<R>(point), limit)
-            * step_fraction(phase)
+    let rounding = rounding::<R>(point);
+    let end_phase = R::select(is_verifying(phase), lit(4.0), phase).named("end_phase");
+    offset + probe_way::<R>(end_phase, value, gradient, face, rounding, limit)
 }
 
 /// Returns the point at which a phase evaluates the field. `point` is that of the round, at `offset` from the
@@ -153,7 +214,7 @@ pub fn next_offset<R: Real>(
 #[inline(always)]
 pub fn sample_point<R: Real>(
     point: R::Vec3,
-    offset: R::Vec3,
+    face: R::Vec3,
     phase: R,
     value: R,
     gradient: R::Vec3,
@@ -166,8 +227,10 @@ pub fn sample_point<R: Real>(
         R::select(is_axis, distance, zero)
     };
     let tap = R::Vec3::new(component(1.0), component(2.0), component(3.0));
-    let fraction = R::select(phase.less(lit(3.5)), zero, step_fraction(phase)).named("fraction");
-    point + tap + probe_step::<R>(value, gradient, offset, rounding::<R>(point), limit) * fraction
+    let rounding = rounding::<R>(point);
+    let way = probe_way::<R>(phase, value, gradient, face, rounding, limit).named("way");
+    let is_probe = R::not(phase.less(lit(3.5)));
+    point + R::Vec3::select(is_probe, way, tap)
 }
 
 /// Returns the gradient after one of the phases 1 to 3. `change` is the difference between the tap's value
@@ -203,6 +266,7 @@ pub fn probe_outcome<R: Real>(
     value: R,
     field: R,
     offset: R::Vec3,
+    face: R::Vec3,
     next: R::Vec3,
     limit: R,
 ) -> R {
@@ -214,25 +278,50 @@ pub fn probe_outcome<R: Real>(
     let is_outside = lit::<R>(0.0).less(value);
     let is_full_step = R::not(phase.less(lit(MIN_FULL_STEP_PHASE)));
     let may_go_back = R::and(is_outside, is_full_step);
-    let may_retry = R::and(may_go_back, phase.less(lit(LAST_PHASE - 0.5)));
-    let has_overshot = R::and(R::and(is_surface, is_deep), may_retry);
+    let way = next - offset;
+    let is_long = (next.dot(next) * lit(EDGE_TOLERANCE * EDGE_TOLERANCE)).less(way.dot(way));
+    let is_sharp = R::and(is_sharp_edge::<R>(gradient, face), is_long);
+    let is_verifying = is_verifying(phase);
+    let is_retry = lit::<R>(4.5).less(phase);
+    let is_last_retry = R::or(
+        (phase - lit(NEW_FACE_PHASE - 1.0)).abs().less(lit(0.5)),
+        (phase - lit(OLD_FACE_PHASE - 1.0)).abs().less(lit(0.5)),
+    );
+    let has_overshot = R::and(R::or(is_deep, is_sharp), R::not(is_last_retry));
+    let goes_back = R::and(R::or(has_overshot, is_verifying), may_go_back);
+    let starts_verifying = R::and(is_sharp, R::not(is_retry));
+    let is_on_old_face = lit::<R>(OLD_FACE_PHASE - 0.5).less(phase);
+    let retry_phase = R::select(is_on_old_face, lit(5.0), phase + lit(1.0));
+    let later_phase = R::select(starts_verifying, lit(NEW_FACE_PHASE), retry_phase);
     let is_last_round = lit::<R>(MAX_ROUNDS - 1.5).less(round);
     let has_changed = R::or(field.less(value), value.less(field));
     // Later steps lead sideways, and so farther away.
     let is_too_far = (limit * limit * lit(FAR_FRACTION)).less(next.dot(next));
     let may_continue = R::and(has_changed, R::not(R::or(is_last_round, is_too_far)));
-    let surface_outcome = R::select(has_overshot, phase + lit(1.0), lit(1.0));
+    let surface_outcome = R::select(goes_back, later_phase, lit(1.0));
     let is_passed = R::and(may_go_back, (field + expected).less(noise * lit(-2.0)));
+    // A probe that went back had found a surface beyond.
+    let is_settled = R::and(is_retry, R::not(may_continue));
     let other_outcome = R::select(may_continue, lit(0.0), lit(-1.0));
+    let other_outcome = R::select(is_settled, lit(1.0), other_outcome);
+    let verified_outcome = R::select(is_on_old_face, lit(1.0), lit(OLD_FACE_PHASE));
+    let other_outcome = R::select(is_verifying, verified_outcome, other_outcome);
     R::select(
         is_surface,
         surface_outcome,
         R::select(
-            is_passed,
+            R::and(is_passed, R::not(is_retry)),
             sheet_phase(value, expected, field),
             other_outcome,
         ),
     )
+}
+
+/// Returns the gradient of the face that a probe has reached with a round: none if it went back on its way.
+#[inline(always)]
+pub fn reached_face<R: Real>(phase: R, gradient: R::Vec3, face: R::Vec3) -> R::Vec3 {
+    let goes_back = R::and(lit::<R>(4.5).less(phase), R::not(is_on_new_face(phase)));
+    R::Vec3::select(goes_back, face, gradient)
 }
 
 /// Returns the value with which a shadow's candidate or another round begins. A value below zero there is rounding:

@@ -104,10 +104,11 @@ functions! {
     is_discontinuous = normals::is_discontinuous(value, slope, distance);
 
     candidate_tap_distance = candidate::tap_distance(value, point, limit);
-    candidate_next_offset = candidate::next_offset(point, offset, phase, value, gradient, limit);
-    candidate_sample_point = candidate::sample_point(point, offset, phase, value, gradient, limit);
+    candidate_next_offset = candidate::next_offset(point, offset, face, phase, value, gradient, limit);
+    candidate_sample_point = candidate::sample_point(point, face, phase, value, gradient, limit);
     candidate_add_tap = candidate::add_tap(gradient, phase, change, distance);
-    candidate_outcome = candidate::probe_outcome(point, gradient, round, phase, value, field, offset, next, limit);
+    candidate_outcome = candidate::probe_outcome(point, gradient, round, phase, value, field, offset, face, next, limit);
+    candidate_reached_face = candidate::reached_face(phase, gradient, face);
     candidate_restart_value = candidate::restart_value(field);
     candidate_surface_offset = candidate::surface_offset(offset, next, value, field);
     shadow_min_step = shadow::min_step(half_pixel, height);

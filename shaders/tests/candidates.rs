@@ -10,20 +10,27 @@ fn probed_distance(field: impl Fn(V3<f32>) -> f32, candidate_point: V3<f32>, dis
     let none = V3::splat(0.0);
     let limit = 10.0 * distance;
     let (mut value, mut phase, mut round) = (field(candidate_point), 1.0, 0.0);
-    let (mut offset, mut gradient) = (none, none);
-    for _ in 0..40 {
+    let (mut offset, mut gradient, mut face) = (none, none, none);
+    for _ in 0..80 {
         let point = candidate_point + offset;
-        let sample = candidate::sample_point::<f32>(point, offset, phase, value, gradient, limit);
+        let sample = candidate::sample_point::<f32>(point, face, phase, value, gradient, limit);
         let sampled = field(sample);
+        if std::env::var("DBG").is_ok() {
+            eprintln!(
+                "  r{round} ph{phase:.2} off {:.3} {:.3} val {value:.4} -> sample {:.3} {:.3} = {sampled:.4}",
+                offset.x, offset.y, sample.x, sample.y
+            );
+        }
         if phase < 3.5 {
             let tap = candidate::tap_distance::<f32>(value, point, limit);
             gradient = candidate::add_tap::<f32>(gradient, phase, sampled - value, tap);
             phase += 1.0;
             continue;
         }
-        let next = candidate::next_offset::<f32>(point, offset, phase, value, gradient, limit);
+        let next =
+            candidate::next_offset::<f32>(point, offset, face, phase, value, gradient, limit);
         let outcome = candidate::probe_outcome::<f32>(
-            point, gradient, round, phase, value, sampled, offset, next, limit,
+            point, gradient, round, phase, value, sampled, offset, face, next, limit,
         );
         if outcome > candidate::MIN_PHASE_OUTCOME {
             phase = outcome;
@@ -35,6 +42,7 @@ fn probed_distance(field: impl Fn(V3<f32>) -> f32, candidate_point: V3<f32>, dis
         if outcome < 0.0 {
             return candidate::NO_SURFACE;
         }
+        face = candidate::reached_face::<f32>(phase, gradient, face);
         (offset, value, gradient) = (next, candidate::restart_value::<f32>(sampled), none);
         (round, phase) = (round + 1.0, 1.0);
     }
@@ -101,12 +109,39 @@ fn only_a_candidate_itself_is_in_a_solid() {
     let later = candidate::next_offset::<f32>(
         point,
         offset,
+        V3::splat(0.0),
         4.0,
         candidate::restart_value::<f32>(-1e-7),
         up,
         1.0,
     );
     assert!(later.y < 0.0, "{later:?}");
-    let first = candidate::next_offset::<f32>(point, V3::splat(0.0), 4.0, -0.25, up, 1.0);
+    let first =
+        candidate::next_offset::<f32>(point, V3::splat(0.0), V3::splat(0.0), 4.0, -0.25, up, 1.0);
     assert!(first.y > 0.25, "{first:?}");
+}
+
+#[test]
+fn slot() {
+    let field = |p: V3<f32>| {
+        let b = (p.x.abs() - 20.0).max(p.y.abs() - 20.0);
+        let c = 19.5 - p.x.hypot(p.y - 1.0);
+        b.max(c)
+    };
+    let h = (19.5_f32 * 19.5 - 19.0 * 19.0).sqrt();
+    for (x, y) in [
+        (0.1, 20.0),
+        (1.0, 20.0),
+        (2.0, 20.0),
+        (4.0, 20.0),
+        (1.0, 21.0),
+        (2.0, 22.0),
+        (1.0, 19.0),
+        (2.0, 18.0),
+        (0.5, 17.0),
+    ] {
+        let d = probed_distance(field, V3::new(x, y, 0.0), 1.0);
+        let t = (x - h).hypot(y - 20.0);
+        eprintln!("{x} {y}: {d} true {t}");
+    }
 }

@@ -25,7 +25,7 @@ lanes! {
         axis_x, axis_y, axis_z, light_t, size, ray_number, best_visibility, clear_t, steps_before,
         t, visibility, steps, min_step, side, rounding, field_before, step, slope_before, last_visibility, candidate_t,
         next_check_t, moves,
-        sample_t, value, phase, round, gradient_x, gradient_y, gradient_z, offset_x, offset_y, offset_z,
+        sample_t, value, phase, round, gradient_x, gradient_y, gradient_z, offset_x, offset_y, offset_z, face_x, face_y, face_z,
     }
 }
 
@@ -185,12 +185,12 @@ impl<const FORM: u32> RayTask for ShadowRays<'_, FORM> {
                 lane_size::<FORM>(block, i, self.light.size),
             );
             let (phase, value) = (block.phase.0[i], block.value.0[i]);
-            let (point, offset, gradient) = (
+            let (point, face, gradient) = (
                 round_point(block, i),
-                lane_offset(block, i),
+                lane_face(block, i),
                 lane_gradient(block, i),
             );
-            let p = candidate::sample_point::<f32>(point, offset, phase, value, gradient, limit);
+            let p = candidate::sample_point::<f32>(point, face, phase, value, gradient, limit);
             store_point(points, i, p);
         }
     }
@@ -337,6 +337,12 @@ fn lane_offset(block: &ShadowLanes, i: usize) -> V3<f32> {
     lane_vector!(block, i, offset_x, offset_y, offset_z)
 }
 
+/// Returns the gradient of the round before the present one in a lane, zero in the first round.
+#[inline(always)]
+fn lane_face(block: &ShadowLanes, i: usize) -> V3<f32> {
+    lane_vector!(block, i, face_x, face_y, face_z)
+}
+
 #[inline(always)]
 fn set_direction(block: &mut ShadowLanes, i: usize, direction: V3<f32>) {
     set_lane_vector!(block, i, direction_x, direction_y, direction_z, direction);
@@ -358,6 +364,9 @@ fn begin_candidate_check(
     block.offset_x.0[i] = select(0.0, block.offset_x.0[i]);
     block.offset_y.0[i] = select(0.0, block.offset_y.0[i]);
     block.offset_z.0[i] = select(0.0, block.offset_z.0[i]);
+    block.face_x.0[i] = select(0.0, block.face_x.0[i]);
+    block.face_y.0[i] = select(0.0, block.face_y.0[i]);
+    block.face_z.0[i] = select(0.0, block.face_z.0[i]);
     block.gradient_x.0[i] = select(0.0, block.gradient_x.0[i]);
     block.gradient_y.0[i] = select(0.0, block.gradient_y.0[i]);
     block.gradient_z.0[i] = select(0.0, block.gradient_z.0[i]);

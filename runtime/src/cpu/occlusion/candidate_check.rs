@@ -55,7 +55,7 @@ lanes! {
     /// Candidates under check.
     CheckLanes {
         x, y, z, limit, side, value, phase, round, gradient_x, gradient_y, gradient_z,
-        offset_x, offset_y, offset_z, distance,
+        offset_x, offset_y, offset_z, face_x, face_y, face_z, distance,
     }
 }
 
@@ -120,6 +120,9 @@ impl RayTask for CandidateChecks<'_> {
         block.gradient_x.0[lane] = 0.0;
         block.gradient_y.0[lane] = 0.0;
         block.gradient_z.0[lane] = 0.0;
+        block.face_x.0[lane] = 0.0;
+        block.face_y.0[lane] = 0.0;
+        block.face_z.0[lane] = 0.0;
         block.offset_x.0[lane] = 0.0;
         block.offset_y.0[lane] = 0.0;
         block.offset_z.0[lane] = 0.0;
@@ -129,13 +132,13 @@ impl RayTask for CandidateChecks<'_> {
     #[inline(always)]
     fn points(&self, block: &CheckLanes, points: &mut Points) {
         for i in 0..LANES {
-            let (point, offset, gradient) = (
+            let (point, face, gradient) = (
                 round_point(block, i),
-                lane_offset(block, i),
+                lane_face(block, i),
                 lane_gradient(block, i),
             );
             let (phase, value, limit) = (block.phase.0[i], block.value.0[i], block.limit.0[i]);
-            let p = candidate::sample_point::<f32>(point, offset, phase, value, gradient, limit);
+            let p = candidate::sample_point::<f32>(point, face, phase, value, gradient, limit);
             store_point(points, i, p);
         }
     }
@@ -155,10 +158,27 @@ impl RayTask for CandidateChecks<'_> {
             let tap_distance = candidate::tap_distance::<f32>(value, point, limit);
             let new_gradient =
                 candidate::add_tap::<f32>(gradient, phase, field - value, tap_distance);
-            let next = candidate::next_offset::<f32>(point, offset, phase, value, gradient, limit);
+            let next = candidate::next_offset::<f32>(
+                point,
+                offset,
+                lane_face(block, i),
+                phase,
+                value,
+                gradient,
+                limit,
+            );
             let round = block.round.0[i];
             let outcome = candidate::probe_outcome::<f32>(
-                point, gradient, round, phase, value, field, offset, next, limit,
+                point,
+                gradient,
+                round,
+                phase,
+                value,
+                field,
+                offset,
+                lane_face(block, i),
+                next,
+                limit,
             );
             let is_repeat = !is_tap & (outcome == 0.0);
             let goes_back = !is_tap & (outcome > candidate::MIN_PHASE_OUTCOME);
@@ -187,6 +207,11 @@ impl RayTask for CandidateChecks<'_> {
             block.offset_x.0[i] = if_repeat(next.x, offset.x);
             block.offset_y.0[i] = if_repeat(next.y, offset.y);
             block.offset_z.0[i] = if_repeat(next.z, offset.z);
+            let face = lane_face(block, i);
+            let reached_face = candidate::reached_face::<f32>(phase, gradient, face);
+            block.face_x.0[i] = if_repeat(reached_face.x, face.x);
+            block.face_y.0[i] = if_repeat(reached_face.y, face.y);
+            block.face_z.0[i] = if_repeat(reached_face.z, face.z);
             block.value.0[i] = if_repeat(restart_value, value);
             block.round.0[i] += if is_repeat { 1.0 } else { 0.0 };
             let later_phase = if goes_back { outcome } else { 1.0 };
@@ -225,4 +250,10 @@ fn lane_gradient(block: &CheckLanes, i: usize) -> V3<f32> {
 #[inline(always)]
 fn lane_offset(block: &CheckLanes, i: usize) -> V3<f32> {
     lane_vector!(block, i, offset_x, offset_y, offset_z)
+}
+
+/// Returns the gradient of the round before the present one in a lane, zero in the first round.
+#[inline(always)]
+fn lane_face(block: &CheckLanes, i: usize) -> V3<f32> {
+    lane_vector!(block, i, face_x, face_y, face_z)
 }

@@ -2,8 +2,8 @@
 //! [`candidate`].
 
 use super::{
-    F32x64, LightParams, SIZED, ShadowLanes, lane_axis, lane_direction, lane_gradient, lane_offset,
-    lane_size, round_point,
+    F32x64, LightParams, SIZED, ShadowLanes, lane_axis, lane_direction, lane_face, lane_gradient,
+    lane_offset, lane_size, round_point,
 };
 use sdfc_shaders::{candidate, shadow};
 use sdfc_vm::real::Vector3;
@@ -35,7 +35,15 @@ impl<const FORM: u32> LightParams<FORM> {
 
         let tap_distance = candidate::tap_distance::<f32>(value, point, limit);
         let new_gradient = candidate::add_tap::<f32>(gradient, phase, field - value, tap_distance);
-        let next = candidate::next_offset::<f32>(point, offset, phase, value, gradient, limit);
+        let next = candidate::next_offset::<f32>(
+            point,
+            offset,
+            lane_face(block, i),
+            phase,
+            value,
+            gradient,
+            limit,
+        );
         let is_first = is_probe_phase & (block.round.0[i] + block.moves.0[i] < 0.5);
         let next_check_t = hidden(&block.next_check_t);
         let ends_after_check = next_check_t >= shadow::NO_NEXT_CHECK;
@@ -52,6 +60,7 @@ impl<const FORM: u32> LightParams<FORM> {
             value,
             field,
             offset,
+            lane_face(block, i),
             next,
             limit,
         );
@@ -105,6 +114,16 @@ impl<const FORM: u32> LightParams<FORM> {
         block.gradient_z.0[i] = gradient_part(new_gradient.z, gradient.z);
         let kept_offset = if is_moving | is_restart { zero } else { offset };
         let kept_offset = if is_detour { plane_offset } else { kept_offset };
+        let face = lane_face(block, i);
+        let kept_face = if is_moving | is_restart { zero } else { face };
+        let new_face = if is_repeat | is_detour {
+            gradient
+        } else {
+            kept_face
+        };
+        block.face_x.0[i] = new_face.x;
+        block.face_y.0[i] = new_face.y;
+        block.face_z.0[i] = new_face.z;
         block.offset_x.0[i] = choose(is_repeat, next.x, kept_offset.x);
         block.offset_y.0[i] = choose(is_repeat, next.y, kept_offset.y);
         block.offset_z.0[i] = choose(is_repeat, next.z, kept_offset.z);
