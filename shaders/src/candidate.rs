@@ -14,11 +14,14 @@
 //! | 1 to 3 | taps along x, y and z, for the gradient |
 //! | 3.5 to 4 | in the middle of a sheet that phase 4 may have passed |
 //! | 4 | slightly beyond the surface that the gradient predicts |
-//! | 5 on | a fraction of that step, where the field was far below the gradient's prediction |
+//! | 5 to 9 | a fraction of that way, where the field was far below the gradient's prediction |
+//! | 10 to 15 | points on the new face of a sharp edge, before the place that phase 4 found |
+//! | 16 | a point on its old face, before that place |
 //!
 //! If the field is above zero in phase 4, another face begins there, or the field falls more slowly from
 //! there on. The probe then continues from that point, along the edge between the faces, in at most eight
-//! rounds of these phases. A surface is where the field is below zero, and nowhere else: a cutter leaves
+//! rounds of these phases. At a sharp edge, phase 4 leads far along the old face, and what it finds may lie behind the edge
+//! of a curved face. Phases 10 and 16 verify that both faces end there. A surface is where the field is below zero, and nowhere else: a cutter leaves
 //! zeros in the field without a surface. So light depends on surfaces alone. The extent of a cutter outside
 //! of what it cuts, a factor on a field, or a bound of its slope has no effect.
 
@@ -42,12 +45,12 @@ const MAX_ROUNDS: f64 = 8.0;
 /// Squared sine of the angle between the faces of the sharpest edge that a probe follows. More opposed faces
 /// are those of a valley between two faces without a surface.
 const MIN_EDGE_SINE_SQUARED: f64 = 1e-6;
-/// Squared sine of the angle between two faces below which an edge counts as sharp. The way to it along one face says little
-/// about its place if a face is curved.
+/// Squared sine of the angle between two faces below which an edge counts as sharp. If a face is curved, the edge may be far
+/// from the place at which their tangent planes meet.
 const SHARP_EDGE_SINE_SQUARED: f64 = 0.2;
 /// Maximum length of the last part of the way to a sharp edge, as a fraction of the distance of the edge.
 const EDGE_TOLERANCE: f64 = 0.1;
-/// Fraction of the way to a sharp edge up to which no surface may be.
+/// Fraction of the way to a sharp edge at which its place is verified.
 const VERIFIED_FRACTION: f64 = 0.9;
 /// Depth below zero from which on a value is not mere rounding, in units of the field's rounding error.
 const MAX_NOISE_ROUNDINGS: f64 = 4.0;
@@ -61,9 +64,11 @@ const FAR_FRACTION: f64 = 0.999;
 const SHEET_FRACTIONS: [f64; 2] = [1e-4, 0.98];
 /// Phase between phase 4 and those in the middle of a sheet.
 const MIN_FULL_STEP_PHASE: f64 = 3.995;
-/// Phase that verifies the place of a sharp edge on its new face. Those after it go back there.
+/// First phase in which a probe goes back on its way.
+const BACK_PHASE: f64 = 5.0;
+/// Phase that verifies the place of a sharp edge on its new face. A probe goes back on that face in the phases after it.
 const NEW_FACE_PHASE: f64 = 10.0;
-/// Phase that verifies the place of a sharp edge on its old face. Phases from 5 on go back there.
+/// Phase that verifies the place of a sharp edge on its old face.
 const OLD_FACE_PHASE: f64 = 16.0;
 /// Distance of a missing surface.
 pub const NO_SURFACE: f32 = 1e18;
@@ -122,24 +127,15 @@ fn sheet_phase<R: Real>(value: R, expected: R, field: R) -> R {
     lit::<R>(3.5) + fraction * lit(0.5)
 }
 
-/// Returns the squared sine of the angle between two faces by their gradients, below zero where the second does not lead back
-/// from the first. `face` is zero in the first round.
-#[inline(always)]
-fn edge_sine_squared<R: Real>(gradient: R::Vec3, face: R::Vec3) -> R {
-    let along = gradient.dot(face).named("along");
-    let squares = (gradient.dot(gradient) * face.dot(face)).named("squares");
-    let sine_squared = lit::<R>(1.0) - along * along / squares.max(lit(1e-30));
-    R::select(along.less(lit(0.0)), sine_squared, lit(-1.0))
-}
-
-/// Returns 1 where a round is at a sharp edge between its face and the one of the round before, else 0.
+/// Reports whether a round is at a sharp edge, between the face that the rounds before have reached and a new one. `face` is
+/// zero in the first round.
 #[inline(always)]
 fn is_sharp_edge<R: Real>(gradient: R::Vec3, face: R::Vec3) -> R::Bool {
-    let sine_squared = edge_sine_squared::<R>(gradient, face).named("sine_squared");
-    R::and(
-        lit::<R>(-0.5).less(sine_squared),
-        sine_squared.less(lit(SHARP_EDGE_SINE_SQUARED)),
-    )
+    let along = gradient.dot(face).named("along");
+    let squares = (gradient.dot(gradient) * face.dot(face)).named("squares");
+    let leads_back = along.less(lit(0.0));
+    let is_narrow = (squares - along * along).less(squares * lit(SHARP_EDGE_SINE_SQUARED));
+    R::and(leads_back, is_narrow)
 }
 
 /// Returns a vector, shortened to a length where it is longer.
@@ -148,13 +144,12 @@ fn no_longer<R: Real>(vector: R::Vec3, length: R) -> R::Vec3 {
     vector * (length / vector.length().max(lit(1e-30))).min(lit(1.0))
 }
 
-/// Returns the way of a probe in a phase, from the point of a round at `offset` from the candidate.
+/// Returns the way of a probe in a phase, from the point of a round.
 ///
 /// It leads against the gradient, slightly beyond the expected surface but at most `limit` far. It does not
-/// lead back from the `face` that the round before reached. From a candidate in a solid it leads out.
+/// lead back from the `face` that earlier rounds have reached. From a candidate in a solid it leads out.
 ///
-/// At a sharp edge, later phases take points between the foot on the new face and the expected edge. So both faces decide
-/// whether the edge is there, or nearer.
+/// Some phases take points between the foot on the new face and a sharp edge.
 #[inline(always)]
 fn probe_way<R: Real>(
     phase: R,
@@ -208,8 +203,7 @@ pub fn next_offset<R: Real>(
     offset + probe_way::<R>(end_phase, value, gradient, face, rounding, limit)
 }
 
-/// Returns the point at which a phase evaluates the field. `point` is that of the round, at `offset` from the
-/// candidate. `value` is the field there, and `gradient` its gradient as far as phases 1 to 3 found it.
+/// Returns the point at which a phase evaluates the field. `point` is that of the round. `value` is the field there, and `gradient` its gradient as far as phases 1 to 3 found it.
 /// Surfaces farther than `limit` do not matter.
 #[inline(always)]
 pub fn sample_point<R: Real>(
@@ -282,7 +276,7 @@ pub fn probe_outcome<R: Real>(
     let is_long = (next.dot(next) * lit(EDGE_TOLERANCE * EDGE_TOLERANCE)).less(way.dot(way));
     let is_sharp = R::and(is_sharp_edge::<R>(gradient, face), is_long);
     let is_verifying = is_verifying(phase);
-    let is_retry = lit::<R>(4.5).less(phase);
+    let is_retry = lit::<R>(BACK_PHASE - 0.5).less(phase);
     let is_last_retry = R::or(
         (phase - lit(NEW_FACE_PHASE - 1.0)).abs().less(lit(0.5)),
         (phase - lit(OLD_FACE_PHASE - 1.0)).abs().less(lit(0.5)),
@@ -291,7 +285,7 @@ pub fn probe_outcome<R: Real>(
     let goes_back = R::and(R::or(has_overshot, is_verifying), may_go_back);
     let starts_verifying = R::and(is_sharp, R::not(is_retry));
     let is_on_old_face = lit::<R>(OLD_FACE_PHASE - 0.5).less(phase);
-    let retry_phase = R::select(is_on_old_face, lit(5.0), phase + lit(1.0));
+    let retry_phase = R::select(is_on_old_face, lit(BACK_PHASE), phase + lit(1.0));
     let later_phase = R::select(starts_verifying, lit(NEW_FACE_PHASE), retry_phase);
     let is_last_round = lit::<R>(MAX_ROUNDS - 1.5).less(round);
     let has_changed = R::or(field.less(value), value.less(field));
@@ -317,10 +311,14 @@ pub fn probe_outcome<R: Real>(
     )
 }
 
-/// Returns the gradient of the face that a probe has reached with a round: none if it went back on its way.
+/// Returns the gradient of the face that a probe has reached after a round. One that went back on its way has reached no other
+/// face.
 #[inline(always)]
 pub fn reached_face<R: Real>(phase: R, gradient: R::Vec3, face: R::Vec3) -> R::Vec3 {
-    let goes_back = R::and(lit::<R>(4.5).less(phase), R::not(is_on_new_face(phase)));
+    let goes_back = R::and(
+        lit::<R>(BACK_PHASE - 0.5).less(phase),
+        R::not(is_on_new_face(phase)),
+    );
     R::Vec3::select(goes_back, face, gradient)
 }
 

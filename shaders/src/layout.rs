@@ -342,6 +342,10 @@ shared! {
         offset: vec3f,
         /// Number of earlier rounds.
         round: f32,
+        /// Gradient at the face that the rounds before have reached, zero before the first.
+        face: vec3f,
+        /// Field value at the round's point.
+        value: f32,
         /// Distance along the ray.
         t: f32,
         /// The visibility so far: 0 to 1, for a sized light −1 to 1.
@@ -350,8 +354,6 @@ shared! {
         last_visibility: f32,
         /// Distance of the candidate along the ray, or a placeholder.
         candidate_t: f32,
-        /// Field value at the round's point.
-        value: f32,
         /// Number of moves of the candidate.
         moves: f32,
         /// Distance along the ray before which no sample is a candidate, or a placeholder where the ray ends after the
@@ -375,6 +377,8 @@ shared! {
         size: f32,
         /// Slope of the field at the previous sample.
         slope_before: f32,
+        /// Fills the record to a multiple of 16 bytes.
+        filler: f32,
     }
 }
 
@@ -389,14 +393,18 @@ shared! {
         offset: vec3f,
         /// Number of earlier rounds.
         round: f32,
+        /// Gradient at the face that the rounds before have reached, zero before the first.
+        face: vec3f,
+        /// Field value at the round's point.
+        value: f32,
         /// The hidden weight so far.
         hidden: f32,
         /// Index of the current tap.
         tap_index: f32,
-        /// Field value at the round's point.
-        value: f32,
         /// Number of evaluations so far.
         steps: f32,
+        /// Fills the record to a multiple of 16 bytes.
+        filler: f32,
     }
 }
 

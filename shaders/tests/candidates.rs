@@ -15,12 +15,6 @@ fn probed_distance(field: impl Fn(V3<f32>) -> f32, candidate_point: V3<f32>, dis
         let point = candidate_point + offset;
         let sample = candidate::sample_point::<f32>(point, face, phase, value, gradient, limit);
         let sampled = field(sample);
-        if std::env::var("DBG").is_ok() {
-            eprintln!(
-                "  r{round} ph{phase:.2} off {:.3} {:.3} val {value:.4} -> sample {:.3} {:.3} = {sampled:.4}",
-                offset.x, offset.y, sample.x, sample.y
-            );
-        }
         if phase < 3.5 {
             let tap = candidate::tap_distance::<f32>(value, point, limit);
             gradient = candidate::add_tap::<f32>(gradient, phase, sampled - value, tap);
@@ -46,7 +40,7 @@ fn probed_distance(field: impl Fn(V3<f32>) -> f32, candidate_point: V3<f32>, dis
         (offset, value, gradient) = (next, candidate::restart_value::<f32>(sampled), none);
         (round, phase) = (round + 1.0, 1.0);
     }
-    panic!("not decided after 40 evaluations");
+    panic!("not decided after 80 evaluations");
 }
 
 fn close(distance: f32, expected: f32) -> bool {
@@ -121,16 +115,13 @@ fn only_a_candidate_itself_is_in_a_solid() {
     assert!(first.y > 0.25, "{first:?}");
 }
 
+/// A bore of the radius 19.5 breaks through the top of a block by half a unit, so its wall leads over the gap there.
 #[test]
-fn slot() {
-    let field = |p: V3<f32>| {
-        let b = (p.x.abs() - 20.0).max(p.y.abs() - 20.0);
-        let c = 19.5 - p.x.hypot(p.y - 1.0);
-        b.max(c)
-    };
-    let h = (19.5_f32 * 19.5 - 19.0 * 19.0).sqrt();
+fn the_edge_of_a_gap_is_found_along_both_of_its_faces() {
+    let field = |p: V3<f32>| (p.y - 20.0).max(19.5 - p.x.hypot(p.y - 1.0));
+    let edge = (19.5_f32 * 19.5 - 19.0 * 19.0).sqrt();
     for (x, y) in [
-        (0.1, 20.0),
+        (0.1_f32, 20.0),
         (1.0, 20.0),
         (2.0, 20.0),
         (4.0, 20.0),
@@ -140,8 +131,24 @@ fn slot() {
         (2.0, 18.0),
         (0.5, 17.0),
     ] {
-        let d = probed_distance(field, V3::new(x, y, 0.0), 1.0);
-        let t = (x - h).hypot(y - 20.0);
-        eprintln!("{x} {y}: {d} true {t}");
+        let expected = (x - edge).hypot(y - 20.0);
+        let distance = probed_distance(field, V3::new(x, y, 0.0), 1.0);
+        let is_close = (distance - expected).abs() <= 0.06 * expected;
+        assert!(is_close, "{distance} instead of {expected} for {x}, {y}");
+    }
+}
+
+/// The faces of a knife are nearly opposed. Before its edge, the field is far less than the distance.
+#[test]
+fn the_edge_of_a_knife_has_its_true_distance() {
+    for slope in [0.05_f32, 0.2, 0.5, 1.0] {
+        let field =
+            move |p: V3<f32>| (p.y - slope * p.x).max(-p.y - slope * p.x) / slope.hypot(1.0);
+        for (x, y) in [(-0.5_f32, 0.1), (-0.3, 0.0), (-1.0, -0.4), (-0.1, 0.02)] {
+            let expected = x.hypot(y);
+            let distance = probed_distance(field, V3::new(x, y, 0.0), 0.2 * expected);
+            let is_close = (distance - expected).abs() <= 0.06 * expected;
+            assert!(is_close, "{distance} for {x}, {y}, {slope}");
+        }
     }
 }

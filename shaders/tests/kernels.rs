@@ -9,7 +9,8 @@ use sdfc_shaders::interpreter::split_cells::PruneMethod;
 use sdfc_shaders::interpreter::tape::KernelRegisters;
 use sdfc_shaders::interpreter::{ConstantLayout, ProgramStorage, split_cells};
 use sdfc_shaders::layout::{
-    CellJob, FrameUniforms, LightRecord, RayState, ShadowRayState, SplitParams, Surface,
+    CellJob, FrameUniforms, LightRecord, OcclusionState, RayState, ShadowRayState, SplitParams,
+    Surface,
 };
 use sdfc_vm::blend::BlendKernel as Blend;
 use sdfc_vm::program::{KernelRequirements, Opcode};
@@ -198,6 +199,7 @@ fn layouts_are_those_of_rust() {
                 "FrameUniforms" => (size_of::<FrameUniforms>(), FrameUniforms::OFFSETS),
                 "LightRecord" => (size_of::<LightRecord>(), LightRecord::OFFSETS),
                 "RayState" => (size_of::<RayState>(), RayState::OFFSETS),
+                "OcclusionState" => (size_of::<OcclusionState>(), OcclusionState::OFFSETS),
                 "ShadowRayState" => (size_of::<ShadowRayState>(), ShadowRayState::OFFSETS),
                 "Surface" => (size_of::<Surface>(), Surface::OFFSETS),
                 _ => continue,

@@ -24,7 +24,7 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
     let slope = normals[item.index].w;
     let side = select(1.0, -1.0, (ray.status & FROM_INSIDE) != 0u);
     let open_margin = occlusion_open_margin(ray.t, frame.rounding);
-    var state = OcclusionState(vec3f(0.0), 0.0, vec3f(0.0), 0.0, 0.0, 0.0, 0.0, 0.0);
+    var state = OcclusionState();
     if listed > 0u { state = occlusion[item.index]; }
 #if generic
     let taps = frame.occlusion_taps;
@@ -63,14 +63,17 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
 #end
         let point = point_along(p, direction, distance) + state.offset;
         let limit = occlusion_candidate_limit(height);
-        let sample = candidate_sample_point(point, state.offset, state.phase, state.value, state.gradient, limit);
+        let sample = candidate_sample_point(point, state.face, state.phase, state.value, state.gradient, limit);
         let field = scene_distance(sample) * side;
         state.steps += 1.0;
         var clearance = field;
         if !is_nan(field) {
-            let next = candidate_next_offset(point, state.offset, state.phase, state.value, state.gradient, limit);
+            let next = candidate_next_offset(
+                point, state.offset, state.face, state.phase, state.value, state.gradient, limit
+            );
             let outcome = candidate_outcome(
-                point, state.gradient, state.round, state.phase, state.value, field, state.offset, next, limit
+                point, state.gradient, state.round, state.phase, state.value, field, state.offset, state.face, next,
+                limit
             );
             if state.phase == 0.0 {
                 if occlusion_is_candidate(field, height, slope) > 0.0 {
@@ -90,6 +93,7 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
                 continue;
             } else if outcome == 0.0 {
                 state.offset = next;
+                state.face = candidate_reached_face(state.phase, state.gradient, state.face);
                 state.round += 1.0;
                 state.phase = 1.0;
                 state.value = candidate_restart_value(field);
@@ -105,6 +109,7 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
         state.phase = 0.0;
         state.round = 0.0;
         state.offset = vec3f(0.0);
+        state.face = vec3f(0.0);
         state.tap_index += 1.0;
     }
     occlusion[item.index] = state;

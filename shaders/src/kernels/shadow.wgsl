@@ -148,7 +148,7 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
 #end
         let point = point_along(origin, direction, select(sample_t, ray.candidate_t, is_probing)) + ray.offset;
         let limit = shadow_candidate_limit(ray.candidate_t, ray.size);
-        let sample = candidate_sample_point(point, ray.offset, ray.phase, ray.value, ray.gradient, limit);
+        let sample = candidate_sample_point(point, ray.face, ray.phase, ray.value, ray.gradient, limit);
         let field = scene_distance(sample) * side;
         let checks_all = light.checks > 0.5;
 #if proved_steps
@@ -173,9 +173,11 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
         let dark_visibility = 0.0;
 #end
         if is_probing {
-            let next = candidate_next_offset(point, ray.offset, ray.phase, ray.value, ray.gradient, limit);
+            let next = candidate_next_offset(
+                point, ray.offset, ray.face, ray.phase, ray.value, ray.gradient, limit
+            );
             let outcome = candidate_outcome(
-                point, ray.gradient, ray.round, ray.phase, ray.value, field, ray.offset, next, limit
+                point, ray.gradient, ray.round, ray.phase, ray.value, field, ray.offset, ray.face, next, limit
             );
             var probe_ends = false;
             if checks_all && ray.phase > 3.5 && ray.round + ray.moves < 0.5 && ray.next_check_t < NO_NEXT_CHECK {
@@ -195,6 +197,7 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
                 ray.phase = outcome;
             } else if outcome == 0.0 {
                 ray.offset = next;
+                ray.face = candidate_reached_face(ray.phase, ray.gradient, ray.face);
                 ray.round += 1.0;
                 ray.phase = 1.0;
                 ray.value = candidate_restart_value(field);
@@ -226,6 +229,7 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
                     ray.phase = MOVED_PHASE;
                     ray.round = select(0.0, 1.0, has_bent);
                     ray.offset = select(vec3f(0.0), plane_offset, has_bent);
+                    ray.face = select(vec3f(0.0), ray.gradient, has_bent);
                     ray.gradient = vec3f(0.0);
                 } else {
                     probe_ends = true;
@@ -240,6 +244,7 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
                 ray.round = 0.0;
                 ray.phase = MOVED_PHASE;
                 ray.offset = vec3f(0.0);
+                ray.face = vec3f(0.0);
                 ray.gradient = vec3f(0.0);
                 ray.last_visibility = NO_LAST_VISIBILITY;
             }
@@ -249,6 +254,7 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
                 ray.phase = 0.0;
                 ray.round = 0.0;
                 ray.offset = vec3f(0.0);
+                ray.face = vec3f(0.0);
                 ray.gradient = vec3f(0.0);
                 ray.value = 0.0;
                 ray_ends = ray.next_check_t >= NO_NEXT_CHECK || ray.visibility <= dark_visibility;
@@ -353,6 +359,7 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
                 if (!is_candidate || at_end || checks_all) && ray.candidate_t > 0.0 && !out_of_steps {
                     ray.phase = 1.0;
                     ray.round = 0.0;
+                    ray.face = vec3f(0.0);
                     ray.gradient = vec3f(0.0);
                     if at_end { ray.next_check_t = NO_NEXT_CHECK; }
                     continue;
