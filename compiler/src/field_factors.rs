@@ -1,8 +1,8 @@
 //! Positive factors of raw fields, which change neither the sign nor the surface.
 //!
 //! Factors of fields whose sign alone counts are removed before anything is searched or proved. So a factor changes
-//! no bit of a picture, and parts of a minimum or maximum have the slopes of their shapes, so that light and marching see
-//! the nearest one. Odd functions go with them. Offsets, blends and displacements act on the written value, and
+//! no bit of a picture. Parts of a minimum or maximum have the slopes of their shapes, so that marching and light see the
+//! nearest one. Odd functions go with factors. Offsets, blends and displacements act on the written value, and
 //! keep it.
 
 use crate::analysis::definedness::parts_by_definedness;
@@ -90,7 +90,8 @@ const MAX_DEPTH: u32 = 32;
 /// have the slopes that their shapes give them.
 fn without_factors(e: &mut Expressions, number: ExprId, ranges: &ParamRanges) -> ExprId {
     let mut results: HashMap<ExprId, ExprId> = HashMap::new();
-    for id in numbers_by_sign(e, number) {
+    let order = numbers_by_sign(e, number);
+    for id in order {
         let result = match sign_operands(e, id) {
             Some((op, operands)) => {
                 let operands: Vec<ExprId> = operands.iter().map(|it| results[it]).collect();
@@ -137,7 +138,12 @@ fn sign_operands(e: &Expressions, number: ExprId) -> Option<(Option<Op>, Vec<Exp
         Some((op, vec![operand]))
     };
     match (*op, values.as_slice()) {
-        (Op::Min | Op::Max | Op::Neg, _) => Some((Some(*op), values.to_vec())),
+        (Op::Neg, _) => Some((Some(*op), values.to_vec())),
+        // A limit has its place beside the values of the other operand.
+        (Op::Min | Op::Max, _) => {
+            let has_limit = values.iter().any(|&id| e.stage(id) <= Stage::Uniform);
+            (!has_limit).then(|| (Some(*op), values.to_vec()))
+        }
         (Op::Mul | Op::Div, &[a, b]) if let Some(factor) = sign_of(b) => scaled(a, factor),
         (Op::Mul, &[a, b]) => scaled(b, sign_of(a)?),
         _ => None,

@@ -52,6 +52,10 @@ const SHARP_EDGE_SINE_SQUARED: f64 = 0.2;
 const EDGE_TOLERANCE: f64 = 0.1;
 /// Fraction of the way to a sharp edge at which its place is verified.
 const VERIFIED_FRACTION: f64 = 0.9;
+/// Thickness of a sheet into which a probe goes back, as a fraction of the distance to it.
+const THIN_SHEET_FRACTION: f64 = 0.1;
+/// Minimum cosine of the angle between the way to a sheet and its normal for a probe that goes back.
+const MIN_BACK_COSINE: f64 = 0.9;
 /// Depth below zero from which on a value is not mere rounding, in units of the field's rounding error.
 const MAX_NOISE_ROUNDINGS: f64 = 4.0;
 /// Maximum depth of the field below the gradient's prediction, in units of the value. Beyond it, the line
@@ -138,6 +142,16 @@ fn is_sharp_edge<R: Real>(gradient: R::Vec3, face: R::Vec3) -> R::Bool {
     R::and(leads_back, is_narrow)
 }
 
+/// Reports whether a probe has passed a thin sheet: the field falls on the way back, by little.
+#[inline(always)]
+fn has_passed_sheet<R: Real>(value: R, gradient: R::Vec3, offset: R::Vec3) -> R::Bool {
+    let back = gradient.dot(offset).named("back");
+    let squares = (gradient.dot(gradient) * offset.dot(offset)).named("squares");
+    let is_thin = (value * value).less(squares * lit(THIN_SHEET_FRACTION * THIN_SHEET_FRACTION));
+    let is_straight = (squares * lit(MIN_BACK_COSINE * MIN_BACK_COSINE)).less(back * back);
+    R::and(R::and(is_thin, is_straight), lit::<R>(0.0).less(back))
+}
+
 /// Returns a vector, shortened to a length where it is longer.
 #[inline(always)]
 fn no_longer<R: Real>(vector: R::Vec3, length: R) -> R::Vec3 {
@@ -147,7 +161,7 @@ fn no_longer<R: Real>(vector: R::Vec3, length: R) -> R::Vec3 {
 /// Returns the way of a probe in a phase, from the point of a round.
 ///
 /// It leads against the gradient, slightly beyond the expected surface but at most `limit` far. It does not
-/// lead back from the `face` that earlier rounds have reached. From a candidate in a solid it leads out.
+/// lead back from the `face` that earlier rounds have reached, unless through a thin sheet. From a candidate in a solid it leads out.
 ///
 /// Some phases take points between the foot on the new face and a sharp edge.
 #[inline(always)]
@@ -155,19 +169,21 @@ fn probe_way<R: Real>(
     phase: R,
     value: R,
     gradient: R::Vec3,
+    offset: R::Vec3,
     face: R::Vec3,
     rounding: R,
     limit: R,
 ) -> R::Vec3 {
     let backward = gradient.dot(face).min(lit(0.0)).named("backward");
     let face_square = face.dot(face).named("face_square");
+    let has_passed_sheet = has_passed_sheet::<R>(value, gradient, offset);
     let gradient_square = gradient
         .dot(gradient)
         .max(lit(1e-30))
         .named("gradient_square");
     let sideways = gradient - face * (backward / face_square.max(lit(1e-30)));
-    let sideways = sideways.named("sideways");
-    let slope_square = sideways.dot(sideways).named("slope_square");
+    let direction = R::Vec3::select(has_passed_sheet, gradient, sideways).named("direction");
+    let slope_square = direction.dot(direction).named("slope_square");
     let is_valley = slope_square.less(gradient_square * lit(MIN_EDGE_SINE_SQUARED));
     let slope = slope_square.max(lit(1e-30)).sqrt().named("slope");
     let distance = (value.abs() / slope).named("distance");
@@ -176,7 +192,7 @@ fn probe_way<R: Real>(
     let overshoot = min_overshoot.max(distance * lit(OVERSHOOT_FRACTION));
     let factor = R::select(is_valley, lit(0.0), (distance + overshoot) / slope).named("factor");
     let signed_factor = R::select(value.less(lit(0.0)), factor, -factor);
-    let step = (sideways * signed_factor).named("step");
+    let step = (direction * signed_factor).named("step");
     // The step leads within the old face to the new one, so its part along the gradient leads to the foot.
     let to_foot = gradient * (step.dot(gradient) / gradient_square);
     let foot = no_longer::<R>(to_foot, limit).named("foot");
@@ -200,14 +216,15 @@ pub fn next_offset<R: Real>(
 ) -> R::Vec3 {
     let rounding = rounding::<R>(point);
     let end_phase = R::select(is_verifying(phase), lit(4.0), phase).named("end_phase");
-    offset + probe_way::<R>(end_phase, value, gradient, face, rounding, limit)
+    offset + probe_way::<R>(end_phase, value, gradient, offset, face, rounding, limit)
 }
 
-/// Returns the point at which a phase evaluates the field. `point` is that of the round. `value` is the field there, and `gradient` its gradient as far as phases 1 to 3 found it.
+/// Returns the point at which a phase evaluates the field. `point` is that of the round, at `offset` from the candidate. `value` is the field there, and `gradient` its gradient as far as phases 1 to 3 found it.
 /// Surfaces farther than `limit` do not matter.
 #[inline(always)]
 pub fn sample_point<R: Real>(
     point: R::Vec3,
+    offset: R::Vec3,
     face: R::Vec3,
     phase: R,
     value: R,
@@ -222,7 +239,7 @@ pub fn sample_point<R: Real>(
     };
     let tap = R::Vec3::new(component(1.0), component(2.0), component(3.0));
     let rounding = rounding::<R>(point);
-    let way = probe_way::<R>(phase, value, gradient, face, rounding, limit).named("way");
+    let way = probe_way::<R>(phase, value, gradient, offset, face, rounding, limit).named("way");
     let is_probe = R::not(phase.less(lit(3.5)));
     point + R::Vec3::select(is_probe, way, tap)
 }
@@ -274,7 +291,8 @@ pub fn probe_outcome<R: Real>(
     let may_go_back = R::and(is_outside, is_full_step);
     let way = next - offset;
     let is_long = (next.dot(next) * lit(EDGE_TOLERANCE * EDGE_TOLERANCE)).less(way.dot(way));
-    let is_sharp = R::and(is_sharp_edge::<R>(gradient, face), is_long);
+    let is_edge = R::not(has_passed_sheet::<R>(value, gradient, offset));
+    let is_sharp = R::and(R::and(is_edge, is_sharp_edge::<R>(gradient, face)), is_long);
     let is_verifying = is_verifying(phase);
     let is_retry = lit::<R>(BACK_PHASE - 0.5).less(phase);
     let is_last_retry = R::or(
@@ -294,10 +312,7 @@ pub fn probe_outcome<R: Real>(
     let may_continue = R::and(has_changed, R::not(R::or(is_last_round, is_too_far)));
     let surface_outcome = R::select(goes_back, later_phase, lit(1.0));
     let is_passed = R::and(may_go_back, (field + expected).less(noise * lit(-2.0)));
-    // A probe that went back had found a surface beyond.
-    let is_settled = R::and(is_retry, R::not(may_continue));
     let other_outcome = R::select(may_continue, lit(0.0), lit(-1.0));
-    let other_outcome = R::select(is_settled, lit(1.0), other_outcome);
     let verified_outcome = R::select(is_on_old_face, lit(1.0), lit(OLD_FACE_PHASE));
     let other_outcome = R::select(is_verifying, verified_outcome, other_outcome);
     R::select(

@@ -105,7 +105,7 @@ functions! {
 
     candidate_tap_distance = candidate::tap_distance(value, point, limit);
     candidate_next_offset = candidate::next_offset(point, offset, face, phase, value, gradient, limit);
-    candidate_sample_point = candidate::sample_point(point, face, phase, value, gradient, limit);
+    candidate_sample_point = candidate::sample_point(point, offset, face, phase, value, gradient, limit);
     candidate_add_tap = candidate::add_tap(gradient, phase, change, distance);
     candidate_outcome = candidate::probe_outcome(point, gradient, round, phase, value, field, offset, face, next, limit);
     candidate_reached_face = candidate::reached_face(phase, gradient, face);

@@ -185,12 +185,14 @@ impl<const FORM: u32> RayTask for ShadowRays<'_, FORM> {
                 lane_size::<FORM>(block, i, self.light.size),
             );
             let (phase, value) = (block.phase.0[i], block.value.0[i]);
-            let (point, face, gradient) = (
+            let (point, offset, face, gradient) = (
                 round_point(block, i),
+                lane_offset(block, i),
                 lane_face(block, i),
                 lane_gradient(block, i),
             );
-            let p = candidate::sample_point::<f32>(point, face, phase, value, gradient, limit);
+            let p =
+                candidate::sample_point::<f32>(point, offset, face, phase, value, gradient, limit);
             store_point(points, i, p);
         }
     }
@@ -344,6 +346,11 @@ fn lane_face(block: &ShadowLanes, i: usize) -> V3<f32> {
 }
 
 #[inline(always)]
+fn set_face(block: &mut ShadowLanes, i: usize, face: V3<f32>) {
+    set_lane_vector!(block, i, face_x, face_y, face_z, face);
+}
+
+#[inline(always)]
 fn set_direction(block: &mut ShadowLanes, i: usize, direction: V3<f32>) {
     set_lane_vector!(block, i, direction_x, direction_y, direction_z, direction);
 }
@@ -364,9 +371,16 @@ fn begin_candidate_check(
     block.offset_x.0[i] = select(0.0, block.offset_x.0[i]);
     block.offset_y.0[i] = select(0.0, block.offset_y.0[i]);
     block.offset_z.0[i] = select(0.0, block.offset_z.0[i]);
-    block.face_x.0[i] = select(0.0, block.face_x.0[i]);
-    block.face_y.0[i] = select(0.0, block.face_y.0[i]);
-    block.face_z.0[i] = select(0.0, block.face_z.0[i]);
+    let face = lane_face(block, i);
+    set_face(
+        block,
+        i,
+        V3::new(
+            select(0.0, face.x),
+            select(0.0, face.y),
+            select(0.0, face.z),
+        ),
+    );
     block.gradient_x.0[i] = select(0.0, block.gradient_x.0[i]);
     block.gradient_y.0[i] = select(0.0, block.gradient_y.0[i]);
     block.gradient_z.0[i] = select(0.0, block.gradient_z.0[i]);

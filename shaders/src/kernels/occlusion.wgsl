@@ -6,6 +6,16 @@
 @group(0) @binding(4) var<storage, read> normals: array<vec4f>;
 @group(0) @binding(7) var<storage, read_write> occlusion: array<OcclusionState>;
 
+fn next_probe_offset(state: OcclusionState, point: vec3f, limit: f32) -> vec3f {
+    return candidate_next_offset(point, state.offset, state.face, state.phase, state.value, state.gradient, limit);
+}
+
+fn probe_outcome(state: OcclusionState, point: vec3f, field: f32, next: vec3f, limit: f32) -> f32 {
+    return candidate_outcome(
+        point, state.gradient, state.round, state.phase, state.value, field, state.offset, state.face, next, limit
+    );
+}
+
 @compute @workgroup_size(64)
 fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) groups: vec3u) {
     let k = line_index(id, groups);
@@ -63,18 +73,13 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
 #end
         let point = point_along(p, direction, distance) + state.offset;
         let limit = occlusion_candidate_limit(height);
-        let sample = candidate_sample_point(point, state.face, state.phase, state.value, state.gradient, limit);
+        let sample = candidate_sample_point(point, state.offset, state.face, state.phase, state.value, state.gradient, limit);
         let field = scene_distance(sample) * side;
         state.steps += 1.0;
         var clearance = field;
         if !is_nan(field) {
-            let next = candidate_next_offset(
-                point, state.offset, state.face, state.phase, state.value, state.gradient, limit
-            );
-            let outcome = candidate_outcome(
-                point, state.gradient, state.round, state.phase, state.value, field, state.offset, state.face, next,
-                limit
-            );
+            let next = next_probe_offset(state, point, limit);
+            let outcome = probe_outcome(state, point, field, next, limit);
             if state.phase == 0.0 {
                 if occlusion_is_candidate(field, height, slope) > 0.0 {
                     state.value = field;

@@ -25,6 +25,14 @@ fn probed_visibility(
     );
 }
 
+// Forgets the rounds of a probe.
+fn forget_rounds(ray: ptr<function, ShadowRayState>) {
+    (*ray).round = 0.0;
+    (*ray).offset = vec3f(0.0);
+    (*ray).face = vec3f(0.0);
+    (*ray).gradient = vec3f(0.0);
+}
+
 // Returns the state of a ray to the centre of a light.
 fn new_ray(light: LightRecord, start_t: f32) -> ShadowRayState {
     var ray: ShadowRayState;
@@ -148,7 +156,7 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
 #end
         let point = point_along(origin, direction, select(sample_t, ray.candidate_t, is_probing)) + ray.offset;
         let limit = shadow_candidate_limit(ray.candidate_t, ray.size);
-        let sample = candidate_sample_point(point, ray.face, ray.phase, ray.value, ray.gradient, limit);
+        let sample = candidate_sample_point(point, ray.offset, ray.face, ray.phase, ray.value, ray.gradient, limit);
         let field = scene_distance(sample) * side;
         let checks_all = light.checks > 0.5;
 #if proved_steps
@@ -241,22 +249,16 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
                 probe_ends = target_t <= 0.0 || checks_all;
                 ray.candidate_t = target_t;
                 ray.moves += 1.0;
-                ray.round = 0.0;
                 ray.phase = MOVED_PHASE;
-                ray.offset = vec3f(0.0);
-                ray.face = vec3f(0.0);
-                ray.gradient = vec3f(0.0);
+                forget_rounds(&ray);
                 ray.last_visibility = NO_LAST_VISIBILITY;
             }
             if probe_ends {
                 ray.candidate_t = NO_CANDIDATE;
                 ray.moves = 0.0;
                 ray.phase = 0.0;
-                ray.round = 0.0;
-                ray.offset = vec3f(0.0);
-                ray.face = vec3f(0.0);
-                ray.gradient = vec3f(0.0);
                 ray.value = 0.0;
+                forget_rounds(&ray);
                 ray_ends = ray.next_check_t >= NO_NEXT_CHECK || ray.visibility <= dark_visibility;
             }
             if out_of_steps { ray.steps |= DONE_FLAG; }
@@ -358,9 +360,7 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
                 }
                 if (!is_candidate || at_end || checks_all) && ray.candidate_t > 0.0 && !out_of_steps {
                     ray.phase = 1.0;
-                    ray.round = 0.0;
-                    ray.face = vec3f(0.0);
-                    ray.gradient = vec3f(0.0);
+                    forget_rounds(&ray);
                     if at_end { ray.next_check_t = NO_NEXT_CHECK; }
                     continue;
                 }

@@ -12,8 +12,8 @@ use sdfc_vm::table::Op;
 use std::collections::HashMap;
 
 impl<'a> Elaborator<'a> {
-    /// Returns a shape scaled along the axes as one whose values are distances as far as those of the shape are; `None`
-    /// if there is no such form.
+    /// Returns a shape scaled along the axes, whose values are distances as far as those of the shape are. `None` if there
+    /// is no such form.
     pub(super) fn with_unequal_scale(
         &mut self,
         shape: ShapeId,

@@ -132,13 +132,15 @@ impl RayTask for CandidateChecks<'_> {
     #[inline(always)]
     fn points(&self, block: &CheckLanes, points: &mut Points) {
         for i in 0..LANES {
-            let (point, face, gradient) = (
+            let (point, offset, face, gradient) = (
                 round_point(block, i),
+                lane_offset(block, i),
                 lane_face(block, i),
                 lane_gradient(block, i),
             );
             let (phase, value, limit) = (block.phase.0[i], block.value.0[i], block.limit.0[i]);
-            let p = candidate::sample_point::<f32>(point, face, phase, value, gradient, limit);
+            let p =
+                candidate::sample_point::<f32>(point, offset, face, phase, value, gradient, limit);
             store_point(points, i, p);
         }
     }

@@ -3,7 +3,7 @@
 
 use super::{
     F32x64, LightParams, SIZED, ShadowLanes, lane_axis, lane_direction, lane_face, lane_gradient,
-    lane_offset, lane_size, round_point,
+    lane_offset, lane_size, round_point, set_face,
 };
 use sdfc_shaders::{candidate, shadow};
 use sdfc_vm::real::Vector3;
@@ -23,11 +23,8 @@ impl<const FORM: u32> LightParams<FORM> {
         };
         let out_of_steps = block.steps.0[i] - steps_before >= self.max_steps;
         let size = lane_size::<FORM>(block, i, self.size);
-        let (point, offset, gradient) = (
-            round_point(block, i),
-            lane_offset(block, i),
-            lane_gradient(block, i),
-        );
+        let (point, offset) = (round_point(block, i), lane_offset(block, i));
+        let (face, gradient) = (lane_face(block, i), lane_gradient(block, i));
         let limit = shadow::candidate_limit(block.candidate_t.0[i], size);
         let is_start = phase < 0.75;
         let is_probe_phase = phase > 3.5;
@@ -35,15 +32,8 @@ impl<const FORM: u32> LightParams<FORM> {
 
         let tap_distance = candidate::tap_distance::<f32>(value, point, limit);
         let new_gradient = candidate::add_tap::<f32>(gradient, phase, field - value, tap_distance);
-        let next = candidate::next_offset::<f32>(
-            point,
-            offset,
-            lane_face(block, i),
-            phase,
-            value,
-            gradient,
-            limit,
-        );
+        let next =
+            candidate::next_offset::<f32>(point, offset, face, phase, value, gradient, limit);
         let is_first = is_probe_phase & (block.round.0[i] + block.moves.0[i] < 0.5);
         let next_check_t = hidden(&block.next_check_t);
         let ends_after_check = next_check_t >= shadow::NO_NEXT_CHECK;
@@ -60,7 +50,7 @@ impl<const FORM: u32> LightParams<FORM> {
             value,
             field,
             offset,
-            lane_face(block, i),
+            face,
             next,
             limit,
         );
@@ -114,16 +104,10 @@ impl<const FORM: u32> LightParams<FORM> {
         block.gradient_z.0[i] = gradient_part(new_gradient.z, gradient.z);
         let kept_offset = if is_moving | is_restart { zero } else { offset };
         let kept_offset = if is_detour { plane_offset } else { kept_offset };
-        let face = lane_face(block, i);
+        let reached_face = candidate::reached_face::<f32>(phase, gradient, face);
         let kept_face = if is_moving | is_restart { zero } else { face };
-        let new_face = if is_repeat | is_detour {
-            gradient
-        } else {
-            kept_face
-        };
-        block.face_x.0[i] = new_face.x;
-        block.face_y.0[i] = new_face.y;
-        block.face_z.0[i] = new_face.z;
+        let kept_face = if is_repeat { reached_face } else { kept_face };
+        set_face(block, i, if is_detour { gradient } else { kept_face });
         block.offset_x.0[i] = choose(is_repeat, next.x, kept_offset.x);
         block.offset_y.0[i] = choose(is_repeat, next.y, kept_offset.y);
         block.offset_z.0[i] = choose(is_repeat, next.z, kept_offset.z);
