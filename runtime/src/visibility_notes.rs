@@ -177,20 +177,35 @@ fn buried_light_note(
     light: &ResolvedLight,
     direction: [f64; 3],
 ) -> Option<String> {
-    let to_light = DVec3::from(direction).normalize_or_zero();
-    let is_through = settings.enclosure.iter().any(|enclosure| {
-        let mut solid = enclosure.half_spaces[..enclosure.solid_half_spaces].iter();
-        solid.any(|&[x, y, z, _]| DVec3::new(x, y, z).dot(to_light) < -MIN_BURIED_SINE)
+    let solids = settings.enclosure.iter().flat_map(|enclosure| {
+        let solid = &enclosure.half_spaces[..enclosure.solid_half_spaces];
+        solid.iter().map(|&[x, y, z, _]| DVec3::new(x, y, z))
     });
-    let [x, y, z] = direction.map(|component| if component == 0.0 { 0.0 } else { -component });
-    (is_through && light.shadow != ResolvedShadow::None).then(|| {
-        format!(
-            "the light from {} shines through a floor, a wall or a ceiling without an end, which blocks all of it. `dir` points \
-             from the scene towards the light: perhaps `dir: {}` was meant; or give it `shadow: none`",
-            format_point(direction),
-            format_point([x, y, z])
-        )
-    })
+    let solids: Vec<DVec3> = solids.collect();
+    let is_blocked = |to_light: DVec3| {
+        let mut normals = solids.iter();
+        normals.any(|normal| normal.dot(to_light) < -MIN_BURIED_SINE)
+    };
+    let to_light = DVec3::from(direction).normalize_or_zero();
+    if !is_blocked(to_light) || light.shadow == ResolvedShadow::None {
+        return None;
+    }
+    let outwards = solids.iter().fold(to_light, |to_light, normal| {
+        to_light - *normal * (2.0 * normal.dot(to_light).min(0.0))
+    });
+    let meant = [-to_light, outwards]
+        .into_iter()
+        .find(|&it| !is_blocked(it));
+    let advice = meant.map_or(String::new(), |meant| {
+        // Without negative zeros.
+        let meant = (meant + DVec3::ZERO).to_array();
+        format!("perhaps `dir: {}` was meant; or ", format_point(meant))
+    });
+    Some(format!(
+        "the light from {} shines through a floor, a wall or a ceiling without an end, which blocks all of it. `dir` points \
+         from the scene towards the light: {advice}give it `shadow: none`",
+        format_point(direction)
+    ))
 }
 
 /// Returns the field at a point in `f32`, as engines evaluate it.

@@ -20,6 +20,8 @@ const SETS: &[[&str; 2]] = &[
         "field(fn(p) => max(dot(julia(p.xy, 10), julia(p.xy, 10)) - 4, abs(p.z) - 0.3))",
         "field(fn(p) => max(ln(dot(julia(p.xy, 10), julia(p.xy, 10))) - ln(4), abs(p.z) - 0.3))",
     ],
+    // Rays begin in space where nothing is known, at a camera where pixels have no size.
+    ["field(bulb)", "field(bulb, within: 3)"],
 ];
 
 /// Draws a set on a floor, without shadows.
@@ -30,6 +32,9 @@ fn picture(set: &str) -> Vec<u8> {
          render {{ occlusion: off }}\n\
          fn julia(c: vec2, rounds) = fold(0..rounds, c, fn(z, i) =>\n\
              [z.x*z.x - z.y*z.y - 0.7269, 2*z.x*z.y + 0.1889]);\n\
+         fn bulb(p) = ln(length(bulb_round(bulb_round(p, p), p)) / 1.2);\n\
+         fn bulb_round(z: vec3, p: vec3) -> vec3 {{ let r = length(z); let a = 8 * acos(z.y / r); let b = 8 * atan2(z.x, z.z);\n\
+             pow(r, 8) * vec3(sin(a) * sin(b), cos(a), sin(a) * cos(b)) + p }}\n\
          {set} | box(6, 0.2, 6).translate(0, -1.6, 0)"
     );
     let mut engine = open(EngineKind::Cpu).unwrap_or_else(|error| panic!("{error}"));

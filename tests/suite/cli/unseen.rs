@@ -106,6 +106,18 @@ const SCENES: &[(&str, &str, &str)] = &[
         "perhaps `dir: [-0.196, 0.981, 0]` was meant",
     ),
     (
+        "the default light behind a wall",
+        "camera { from: [3, 3, 5], look: [0, 0, 0], fov: 40deg }\n\
+         sphere(0.5) | plane(X, at: -1.2) | plane(Y, at: -0.5)",
+        "perhaps `dir: [0.444, 0.726, 0.525]` was meant",
+    ),
+    (
+        "a field that is the difference of equal numbers, on a floor",
+        "camera { from: [3, 3, 5], look: [0, 0, 0], fov: 40deg }\n\
+         field(fn(p) => length(p) - length(p)) | sphere(1) | plane(Y, at: -1)",
+        "this field is below zero nowhere",
+    ),
+    (
         "a glow from below without shadows",
         "camera { from: [3, 3, 5], look: [0, 0, 0], fov: 40deg }\n\
          light glow { dir: [0.2, -1, 0], shadow: none }\n\
