@@ -219,7 +219,7 @@ const MAX_AHEAD_TANGENT: f64 = 0.05;
 const MIN_NEAREST_COSINE: f64 = 0.999;
 /// Maximum number of moves of a candidate.
 const MAX_MOVES: f64 = 12.0;
-/// Number of moves that are made whether or not they reduce the visibility.
+/// Number of moves that are made whether or not they reduce the visibility, besides those that lead far back.
 const FREE_MOVES: f64 = 2.0;
 /// Minimum reduction of the visibility by a later move that another one follows.
 const MIN_MOVE_GAIN: f64 = 0.001;
@@ -243,6 +243,7 @@ pub fn moved_candidate_t<R: Real>(
     direction: R::Vec3,
     t: R,
     t_end: R,
+    size: R,
     value: R,
     round: R,
     moves: R,
@@ -261,7 +262,8 @@ pub fn moved_candidate_t<R: Real>(
     let is_nearest = R::or(round.less(lit(0.5)), min_along.less(along_gradient));
     let target = t + shift;
     let is_on_ray = R::and(lit::<R>(0.0).less(target), target.less(t_end));
-    let is_free = moves.less(lit(FREE_MOVES - 0.5));
+    let leads_back = shift.less(-(size * t * lit(BACK_RADII)));
+    let is_free = R::or(moves.less(lit(FREE_MOVES - 0.5)), leads_back);
     let has_gained = R::or(is_free, lit::<R>(MIN_MOVE_GAIN).less(gain));
     let may_continue = R::and(has_gained, moves.less(lit(MAX_MOVES - 0.5)));
     let is_outside = lit::<R>(0.0).less(value_on_ray(value, round));
@@ -273,18 +275,22 @@ pub fn moved_candidate_t<R: Real>(
     R::select(may_move, target, lit(f64::from(NO_CANDIDATE)))
 }
 
-/// Distance back along the ray from a candidate without a surface, in radii of the light there.
+/// Minimum distance back along the ray from a candidate without a surface, in radii of the light there. Other moves that lead
+/// farther back go on, too: beside the extension of a face, they come near its edge in several steps.
 const BACK_RADII: f64 = 0.5;
 /// Factor on the visibility so far below which a moved candidate must lie.
 const MIN_GAIN_FACTOR: f64 = 0.999;
 
-/// Returns the distance along the ray of another candidate before one at `t` without a surface; [`NO_CANDIDATE`]
-/// for a moved one. The field may be lowest where a cutter ends or copies have their box, and the surface
-/// beside the ray before that.
+/// Returns the distance along the ray of another candidate before one at `t` without a surface, or [`NO_CANDIDATE`]. The
+/// field may be lowest where a cutter ends, where copies have their box, or beside the extension of a face. The surface lies
+/// beside the ray before that. `ahead` is the way along the ray to the last point of the probe.
 #[inline(always)]
-pub fn earlier_candidate_t<R: Real>(t: R, size: R, moves: R) -> R {
-    let target = t * (lit::<R>(1.0) - size.min(lit(1.0)) * lit(BACK_RADII));
-    R::select(moves.less(lit(0.5)), target, lit(f64::from(NO_CANDIDATE)))
+pub fn earlier_candidate_t<R: Real>(t: R, size: R, moves: R, ahead: R) -> R {
+    let back = (t * size.min(lit(1.0)) * lit(BACK_RADII)).named("back");
+    let leads_back = R::and(ahead.less(-back), moves.less(lit(MAX_MOVES - 0.5)));
+    let is_allowed = R::or(moves.less(lit(0.5)), leads_back);
+    let target = t + ahead.min(-back);
+    R::select(is_allowed, target, lit(f64::from(NO_CANDIDATE)))
 }
 
 /// Returns 1 where a moved candidate at `t` with the value `field` cannot darken the light further, else 0.

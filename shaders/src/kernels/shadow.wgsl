@@ -225,7 +225,7 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
                 }
 #end
                 let target_t = shadow_moved_candidate(
-                    to_surface, ray.gradient, direction, ray.candidate_t, t_end, ray.value, ray.round, ray.moves,
+                    to_surface, ray.gradient, direction, ray.candidate_t, t_end, ray.size, ray.value, ray.round, ray.moves,
                     visibility - ray.visibility
                 );
                 if target_t > 0.0 && ray.visibility > dark_visibility {
@@ -245,7 +245,8 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
                     ray.last_visibility = select(ray.last_visibility, NO_LAST_VISIBILITY, ray.round > 0.0);
                 }
             } else {
-                let target_t = shadow_earlier_candidate(ray.candidate_t, ray.size, ray.moves);
+                let ahead = dot(next, direction);
+                let target_t = shadow_earlier_candidate(ray.candidate_t, ray.size, ray.moves, ahead);
                 probe_ends = target_t <= 0.0 || checks_all;
                 ray.candidate_t = target_t;
                 ray.moves += 1.0;

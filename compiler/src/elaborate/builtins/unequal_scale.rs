@@ -7,6 +7,7 @@ use crate::elaborate::Elaborator;
 use crate::expression::{ExprId, Stage};
 use crate::scene::{MaterialId, ShapeId, ShapeKind};
 use crate::symbolic::{Symbolic, simplified, with_expressions};
+use sdfc_lang::Span;
 use sdfc_vm::real::{Real, lit};
 use sdfc_vm::table::Op;
 use std::collections::HashMap;
@@ -59,7 +60,7 @@ impl UnequalScaler<'_, '_> {
         let result = match are_equal(lengths, shape.is_2d) {
             true => Some(self.elaborator.scaled_along_axes(id, factors, shape.span)),
             false => self
-                .kind(&shape.kind, factors, lengths)
+                .kind(&shape.kind, factors, lengths, shape.span)
                 .map(|kind| match kind {
                     ScaledKind::Shape(id) => id,
                     ScaledKind::Kind(kind) => self.elaborator.add(kind, shape.is_2d, shape.span),
@@ -75,9 +76,20 @@ impl UnequalScaler<'_, '_> {
         kind: &ShapeKind,
         factors: [ExprId; 3],
         lengths: [ExprId; 3],
+        span: Span,
     ) -> Option<ScaledKind> {
         let mut kind = kind.clone();
         match &mut kind {
+            ShapeKind::Primitive {
+                op: Op::Circle,
+                parameters,
+            } => return Some(ScaledKind::Kind(self.ellipse(parameters[0], lengths, span))),
+            ShapeKind::Primitive {
+                op: Op::Cylinder,
+                parameters,
+            } if lengths[0] != lengths[2] => {
+                return Some(self.elliptic_cylinder(parameters, lengths, span));
+            }
             ShapeKind::Primitive { op, parameters } => {
                 (*op, *parameters) = self.primitive(*op, parameters, factors, lengths)?;
             }
@@ -131,6 +143,43 @@ impl UnequalScaler<'_, '_> {
             _ => return None,
         }
         Some(ScaledKind::Kind(kind))
+    }
+
+    /// Returns a circle scaled along the axes: the middle section of an ellipsoid, whose third radius is the larger one.
+    /// The nearest point of that ellipsoid lies in the plane of the section.
+    fn ellipse(&mut self, radius: ExprId, lengths: [ExprId; 3], span: Span) -> ShapeKind {
+        let [a, b, _] = lengths.map(|length| self.call(Op::Mul, &[radius, length]));
+        let largest = self.call(Op::Max, &[a, b]);
+        let op = Op::Ellipsoid;
+        let parameters = self.elaborator.prepare_parameters(op, &[a, b, largest]);
+        let ellipsoid = ShapeKind::Primitive { op, parameters };
+        ShapeKind::Domain {
+            op: Op::Slice,
+            child: self.elaborator.add(ellipsoid, false, span),
+            parameters: Vec::new(),
+        }
+    }
+
+    /// Returns a cylinder scaled across its axis by unequal factors: an extruded ellipse.
+    fn elliptic_cylinder(
+        &mut self,
+        parameters: &[ExprId],
+        [x, y, z]: [ExprId; 3],
+        span: Span,
+    ) -> ScaledKind {
+        let ellipse = self.ellipse(parameters[0], [x, z, y], span);
+        let extruded = ShapeKind::Distance {
+            op: Op::Extrude,
+            child: self.elaborator.add(ellipse, true, span),
+            parameters: vec![self.call(Op::Mul, &[parameters[1], y])],
+        };
+        let extruded = self.elaborator.add(extruded, false, span);
+        // Exchanges y, the axis of cylinders, and z, that of extrusions.
+        let matrix = || {
+            let (o, i) = (lit::<Symbolic>(0.0), lit::<Symbolic>(1.0));
+            ([i, o, o, o, o, o, i, o, o, i, o, o], lit(1.0))
+        };
+        ScaledKind::Shape(self.elaborator.add_frame(extruded, span, matrix))
     }
 
     /// Scales a shape in a frame that maps axes to axes: the frame is moved above the scale.

@@ -73,6 +73,7 @@ impl<const FORM: u32> LightParams<FORM> {
             direction,
             t,
             light_t,
+            size,
             value,
             round,
             moves,
@@ -88,7 +89,7 @@ impl<const FORM: u32> LightParams<FORM> {
         let cannot_darken =
             is_start & !is_offset & (shadow::cannot_darken::<f32>(field, t, size, bound) > 0.0);
         let is_done = is_probe_phase & !is_repeat & !goes_back & !is_moving;
-        let earlier_t = shadow::earlier_candidate_t(t, size, moves);
+        let earlier_t = shadow::earlier_candidate_t(t, size, moves, next.dot(direction));
         let is_returning = is_done & !is_found & (earlier_t > 0.0) & !self.checks_all();
         let is_finished = cannot_darken | (is_done & !is_returning);
         let is_restart = is_finished | is_returning;
