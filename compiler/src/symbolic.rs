@@ -67,7 +67,6 @@ pub(crate) fn simplified(expressions: &mut Expressions, op: Op, values: &[ExprId
     match op {
         Op::Add if left == Some(0.0) => values[1],
         Op::Add | Op::Sub if right == Some(0.0) => values[0],
-        Op::Sub if values[0] == values[1] => expressions.constant(0.0),
         Op::Sub if left == Some(0.0) => simplified(expressions, Op::Neg, &values[1..]),
         Op::Mul if left == Some(1.0) => values[1],
         Op::Mul | Op::Div if right == Some(1.0) => values[0],

@@ -18,6 +18,7 @@ pub mod guard;
 pub mod interval;
 pub mod lanes;
 pub mod listing;
+mod local_normal;
 pub mod material_weights;
 mod multiversion;
 pub mod ops;

@@ -6,14 +6,14 @@
 use crate::blend::BlendKernel;
 use crate::dual::Dual;
 use crate::lanes::{F32x64, LANES, LaneNumber, Points};
+use crate::local_normal::local_normal;
 use crate::material_weights::{MAX_TIE_PER_COORDINATE, blend_weights, operation_weights};
 use crate::multiversion;
-use crate::real::{Real, Vector3};
+use crate::real::Real;
 use crate::row::Category;
 use crate::table::Op;
 use crate::tape::NO_REGISTER;
 use crate::tape::evaluator::EvalHook;
-use crate::vector::V3;
 
 /// Number of numbers in a surface: albedo, roughness, emission, metallic, the gradient of the bump's
 /// height, and the index of its material.
@@ -142,7 +142,7 @@ impl EvalHook<Dual<f32>> for SurfaceHook {
         for lane in 0..LANES {
             let n = f32::load_point(&self.normals, lane);
             let [dx, dy, dz] = Dual::<f32>::load_point(q, lane).gradients;
-            let local = V3::new(dx.dot(n), dy.dot(n), dz.dot(n)).normalize();
+            let local = local_normal::<f32>(dx, dy, dz, n);
             let component = [local.x, local.y, local.z][usize::from(axis)];
             Dual::fixed(component).store(out, lane);
         }

@@ -6,6 +6,7 @@ use crate::apply::{record_gradient, record_interval, record_value};
 use crate::blend::BlendKernel;
 use crate::dual::Dual;
 use crate::guard::influence_margin_sq;
+use crate::local_normal::local_normal;
 use crate::material_weights::{MIXED_SURFACE_WGSL, record_first_value};
 use crate::prelude;
 use crate::record::{
@@ -43,9 +44,6 @@ impl WgslLibrary {
     /// too.
     pub fn text(&self) -> (String, Vec<&'static str>) {
         let mut calls = self.calls.clone();
-        if self.local_normal {
-            calls.insert("length3");
-        }
         let mut bodies = String::new();
         let sorted = |ops: &HashSet<Op>| -> Vec<Op> {
             let mut ops: Vec<Op> = ops.iter().copied().collect();
@@ -73,6 +71,7 @@ impl WgslLibrary {
             self.guard.then(record_guard),
             self.moved_interval.then(record_moved_interval),
             self.mapped_interval.then(record_mapped_interval),
+            self.local_normal.then(record_local_normal),
         ];
         for function in recorded.chain(others.into_iter().flatten()) {
             calls.extend(function.calls);
@@ -85,9 +84,6 @@ impl WgslLibrary {
                 text.push_str(structure);
                 text.push('\n');
             }
-        }
-        if self.local_normal {
-            text.push_str(LOCAL_NORMAL);
         }
         if self.mixed_surface {
             text.push_str(MIXED_SURFACE_WGSL);
@@ -242,15 +238,12 @@ fn record_mapped_interval() -> RecordedFunction {
     })
 }
 
-const LOCAL_NORMAL: &str = "fn local_normal(dx: vec3f, dy: vec3f, dz: vec3f, n: vec3f) -> vec3f {
-    let x = dx.x * n.x + dx.y * n.y + dx.z * n.z;
-    let y = dy.x * n.x + dy.y * n.y + dy.z * n.z;
-    let z = dz.x * n.x + dz.y * n.y + dz.z * n.z;
-    let v = vec3f(x, y, z);
-    return v * (1.0 / max(length3(v), 1e-30));
+fn record_local_normal() -> RecordedFunction {
+    record("local_normal", |s| {
+        let [x, y, z]: [Vec3; 3] = ["dx", "dy", "dz"].map(|name| s.parameter(name));
+        local_normal::<Scalar>(x, y, z, s.parameter("n"))
+    })
 }
-
-";
 
 const MAPPED: &str = "fn mapped(p: vec3f, rows: mat3x3f, shift: vec3f) -> vec3f {
     return rows[0] * p.x + rows[1] * p.y + rows[2] * p.z + shift;

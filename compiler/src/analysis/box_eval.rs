@@ -215,6 +215,12 @@ impl<R: BoxValue> BoxNumber<R> {
                 } if let Some(pair) = square_factor(expressions, values) => {
                     BoxStep::TimesSquare(pair.map(|id| step_index(&id)))
                 }
+                // The difference of a number and itself, where it is defined.
+                Expression::Apply {
+                    op: Op::Sub,
+                    values,
+                    ..
+                } if values[0] == values[1] => BoxStep::Known(R::from_range(Interval::point(0.0))),
                 Expression::Apply {
                     op,
                     point,
