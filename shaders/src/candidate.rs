@@ -326,17 +326,6 @@ pub fn probe_outcome<R: Real>(
     )
 }
 
-/// Returns the gradient of the face that a probe has reached after a round. One that went back on its way has reached no other
-/// face.
-#[inline(always)]
-pub fn reached_face<R: Real>(phase: R, gradient: R::Vec3, face: R::Vec3) -> R::Vec3 {
-    let goes_back = R::and(
-        lit::<R>(BACK_PHASE - 0.5).less(phase),
-        R::not(is_on_new_face(phase)),
-    );
-    R::Vec3::select(goes_back, face, gradient)
-}
-
 /// Returns the value with which a shadow's candidate or another round begins. A value below zero there is rounding:
 /// rays end in solids.
 #[inline(always)]

@@ -108,7 +108,6 @@ functions! {
     candidate_sample_point = candidate::sample_point(point, offset, face, phase, value, gradient, limit);
     candidate_add_tap = candidate::add_tap(gradient, phase, change, distance);
     candidate_outcome = candidate::probe_outcome(point, gradient, round, phase, value, field, offset, face, next, limit);
-    candidate_reached_face = candidate::reached_face(phase, gradient, face);
     candidate_restart_value = candidate::restart_value(field);
     candidate_surface_offset = candidate::surface_offset(offset, next, value, field);
     shadow_min_step = shadow::min_step(half_pixel, height);

@@ -37,7 +37,7 @@ fn probed_distance(field: impl Fn(V3<f32>) -> f32, candidate_point: V3<f32>, dis
         if outcome < 0.0 {
             return candidate::NO_SURFACE;
         }
-        face = candidate::reached_face::<f32>(phase, gradient, face);
+        face = gradient;
         (offset, value, gradient) = (next, candidate::restart_value::<f32>(sampled), none);
         (round, phase) = (round + 1.0, 1.0);
     }

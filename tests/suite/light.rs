@@ -14,6 +14,8 @@ const MAX_EDGE_CHANNELS: usize = 12;
 const MAX_UNPROVED_CHANNELS: usize = 120;
 /// Maximum number where the slope bound of one field is a third greater: wide penumbras of turned bars follow it.
 const MAX_LOOSE_CHANNELS: usize = 12;
+/// Maximum number of channels that may differ beside sharp edges.
+const MAX_SHARP_CHANNELS: usize = 40;
 
 /// Draws a text with one sample per pixel.
 fn picture(text: &str, size: [u32; 2]) -> Image {
@@ -412,6 +414,24 @@ fn wide_lights_depend_only_on_surfaces() {
         ],
         MAX_EDGE_CHANNELS,
     ));
+    // Sharp edges of cuts, beside the same solid without a cut.
+    for [cut, other] in [
+        [
+            "(cone(r1: 0.5, r2: 0, h: 1) - cylinder(r: 0.3, h: 1))",
+            "polygon([[0.3, -0.5], [0.5, -0.5], [0.3, -0.1]]).revolve()",
+        ],
+        [
+            "(plane([-1, -1, -1], at: 0.2) & plane([-1, 1, 1], at: 0.2) \
+             & plane([1, -1, 1], at: 0.2) & plane([1, 1, -1], at: 0.2))",
+            "tetrahedron(0.6)",
+        ],
+        [
+            "(plane([0.92, 0.58, 0], at: 0.16) & plane([-0.92, 0.18, 0], at: 0.16) & plane(-Y, at: 0.5) & slab(Z, 1.6))",
+            "polygon([[0.5043593, -0.5000000], [-0.0796236, 0.4263178], [-0.2608597, -0.5000000]]).extrude(1.6)",
+        ],
+    ] {
+        pairs.push(([cut.to_owned(), other.to_owned()], MAX_SHARP_CHANNELS));
+    }
     // A dent, whose cutter ends in the surface of the ball.
     let dent = "sphere(0.2).translate(0, 0.35, -0.3)";
     pairs.push((

@@ -75,7 +75,9 @@ const DESCRIPTIONS: &[(&str, &str, &str)] = &[
     (
         "scale",
         "",
-        "The shape scaled by a factor, or by one factor for each axis.",
+        "The shape scaled by a factor, or by one factor for each axis. Under unequal factors, values are \
+         exact distances if the result is another shape, such as a box. Otherwise they are those of the \
+         shape times the smallest factor: offsets and blends act on these.",
     ),
     (
         "shear",

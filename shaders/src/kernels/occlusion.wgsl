@@ -98,7 +98,7 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
                 continue;
             } else if outcome == 0.0 {
                 state.offset = next;
-                state.face = candidate_reached_face(state.phase, state.gradient, state.face);
+                state.face = state.gradient;
                 state.round += 1.0;
                 state.phase = 1.0;
                 state.value = candidate_restart_value(field);

@@ -205,7 +205,7 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
                 ray.phase = outcome;
             } else if outcome == 0.0 {
                 ray.offset = next;
-                ray.face = candidate_reached_face(ray.phase, ray.gradient, ray.face);
+                ray.face = ray.gradient;
                 ray.round += 1.0;
                 ray.phase = 1.0;
                 ray.value = candidate_restart_value(field);
@@ -245,7 +245,7 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
                     ray.last_visibility = select(ray.last_visibility, NO_LAST_VISIBILITY, ray.round > 0.0);
                 }
             } else {
-                let ahead = dot(next, direction);
+                let ahead = next.x * direction.x + next.y * direction.y + next.z * direction.z;
                 let target_t = shadow_earlier_candidate(ray.candidate_t, ray.size, ray.moves, ahead);
                 probe_ends = target_t <= 0.0 || checks_all;
                 ray.candidate_t = target_t;

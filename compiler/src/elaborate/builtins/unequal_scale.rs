@@ -5,12 +5,16 @@
 
 use crate::elaborate::Elaborator;
 use crate::expression::{ExprId, Stage};
-use crate::scene::{MaterialId, ShapeId, ShapeKind};
+use crate::scene::{MaterialId, Shape, ShapeId, ShapeKind};
 use crate::symbolic::{Symbolic, simplified, with_expressions};
+use glam::DVec3;
 use sdfc_lang::Span;
 use sdfc_vm::real::{Real, lit};
 use sdfc_vm::table::Op;
 use std::collections::HashMap;
+
+/// Maximum cosine of the angle between two rows of a rotation.
+const MAX_ROTATION_ERROR: f64 = 1e-12;
 
 impl<'a> Elaborator<'a> {
     /// Returns a shape scaled along the axes, whose values are distances as far as those of the shape are. `None` if there
@@ -60,7 +64,7 @@ impl UnequalScaler<'_, '_> {
         let result = match are_equal(lengths, shape.is_2d) {
             true => Some(self.elaborator.scaled_along_axes(id, factors, shape.span)),
             false => self
-                .kind(&shape.kind, factors, lengths, shape.span)
+                .kind(id, &shape, factors, lengths)
                 .map(|kind| match kind {
                     ScaledKind::Shape(id) => id,
                     ScaledKind::Kind(kind) => self.elaborator.add(kind, shape.is_2d, shape.span),
@@ -73,12 +77,12 @@ impl UnequalScaler<'_, '_> {
     /// Scales the definition of a shape. `lengths` are the magnitudes of the factors.
     fn kind(
         &mut self,
-        kind: &ShapeKind,
+        id: ShapeId,
+        shape: &Shape,
         factors: [ExprId; 3],
         lengths: [ExprId; 3],
-        span: Span,
     ) -> Option<ScaledKind> {
-        let mut kind = kind.clone();
+        let (mut kind, span) = (shape.kind.clone(), shape.span);
         match &mut kind {
             ShapeKind::Primitive {
                 op: Op::Circle,
@@ -89,6 +93,15 @@ impl UnequalScaler<'_, '_> {
                 parameters,
             } if lengths[0] != lengths[2] => {
                 return Some(self.elliptic_cylinder(parameters, lengths, span));
+            }
+            ShapeKind::Primitive {
+                op: Op::Cone | Op::Pyramid | Op::Prism,
+                ..
+            } if let Some(signs) = self.negative_signs(factors) => {
+                let scaled = self.scaled(id, lengths)?;
+                return Some(ScaledKind::Shape(
+                    self.elaborator.scaled_along_axes(scaled, signs, span),
+                ));
             }
             ShapeKind::Primitive { op, parameters } => {
                 (*op, *parameters) = self.primitive(*op, parameters, factors, lengths)?;
@@ -182,28 +195,38 @@ impl UnequalScaler<'_, '_> {
         ScaledKind::Shape(self.elaborator.add_frame(extruded, span, matrix))
     }
 
-    /// Scales a shape in a frame that maps axes to axes: the frame is moved above the scale.
+    /// Scales a shape in a frame that maps axes to axes, or turns it in a plane whose factors are equal. The frame is moved
+    /// above the scale.
     fn frame(
         &mut self,
         child: ShapeId,
         matrix: [ExprId; 12],
         factors: [ExprId; 3],
     ) -> Option<ScaledKind> {
-        let mut inner = factors;
-        let mut outer = matrix;
-        for row in 0..3 {
-            let numbers = [0, 1, 2].map(|column| self.constant(matrix[4 * row + column]));
-            let [x, y, z] = numbers;
-            let (column, number) = match [x?, y?, z?] {
-                [number, 0.0, 0.0] => (0, number),
-                [0.0, number, 0.0] => (1, number),
-                [0.0, 0.0, number] => (2, number),
-                _ => return None,
-            };
-            let magnitude = self.elaborator.expressions.constant(number.abs());
-            inner[row] = self.call(Op::Div, &[factors[column], magnitude]);
-            outer[4 * row + column] = self.elaborator.expressions.constant(number.signum());
+        let mut rows = [DVec3::ZERO; 3];
+        let (mut inner, mut outer) = (factors, matrix);
+        for (row, numbers) in rows.iter_mut().enumerate() {
+            let mut factor = None;
+            for column in 0..3 {
+                let number = self.constant(matrix[4 * row + column])?;
+                numbers[column] = number;
+                if number != 0.0 && *factor.get_or_insert(factors[column]) != factors[column] {
+                    return None;
+                }
+            }
+            let magnitude = numbers.length();
+            let divisor = self.elaborator.expressions.constant(magnitude);
+            inner[row] = self.call(Op::Div, &[factor?, divisor]);
+            *numbers /= magnitude;
+            for column in 0..3 {
+                outer[4 * row + column] = self.elaborator.expressions.constant(numbers[column]);
+            }
             outer[4 * row + 3] = self.call(Op::Mul, &[matrix[4 * row + 3], inner[row]]);
+        }
+        let [x, y, z] = rows;
+        let are_orthogonal = |a: DVec3, b: DVec3| a.dot(b).abs() < MAX_ROTATION_ERROR;
+        if !(are_orthogonal(x, y) && are_orthogonal(y, z) && are_orthogonal(z, x)) {
+            return None;
         }
         let span = self.elaborator.shapes[child.0 as usize].span;
         let child = self.scaled(child, inner)?;
@@ -211,6 +234,13 @@ impl UnequalScaler<'_, '_> {
             .elaborator
             .add_frame(child, span, || (outer.map(Symbolic), lit(1.0)));
         Some(ScaledKind::Shape(placed))
+    }
+
+    /// Returns the signs of factors of which one is known to be negative.
+    fn negative_signs(&mut self, factors: [ExprId; 3]) -> Option<[ExprId; 3]> {
+        let signs = factors.map(|factor| self.constant(factor).map_or(1.0, f64::signum));
+        let has_negative = signs.iter().any(|sign| *sign < 0.0);
+        has_negative.then(|| signs.map(|sign| self.elaborator.expressions.constant(sign)))
     }
 
     /// Returns the row and the parameters of a scaled row.
@@ -234,11 +264,7 @@ impl UnequalScaler<'_, '_> {
                 (Op::Cuboid, &[a, b, c]) => (op, vec![full(a, x), full(b, y), full(c, z)]),
                 (Op::Rect, &[a, b]) => (op, vec![full(a, x), full(b, y)]),
                 (Op::Cylinder, &[r, half]) if is_round => (op, vec![r * x, full(half, y)]),
-                (Op::Cone, &[bottom, top, half, ..]) if is_round => {
-                    let [bottom, top] = match signs[1]? > 0.0 {
-                        true => [bottom, top],
-                        false => [top, bottom],
-                    };
+                (Op::Cone, &[bottom, top, half, ..]) if is_round && signs[1]? > 0.0 => {
                     (op, vec![bottom * x, top * x, full(half, y)])
                 }
                 (Op::Pyramid, &[base, half, ..]) if is_round && signs[1]? > 0.0 => {

@@ -210,10 +210,9 @@ impl RayTask for CandidateChecks<'_> {
             block.offset_y.0[i] = if_repeat(next.y, offset.y);
             block.offset_z.0[i] = if_repeat(next.z, offset.z);
             let face = lane_face(block, i);
-            let reached_face = candidate::reached_face::<f32>(phase, gradient, face);
-            block.face_x.0[i] = if_repeat(reached_face.x, face.x);
-            block.face_y.0[i] = if_repeat(reached_face.y, face.y);
-            block.face_z.0[i] = if_repeat(reached_face.z, face.z);
+            block.face_x.0[i] = if_repeat(gradient.x, face.x);
+            block.face_y.0[i] = if_repeat(gradient.y, face.y);
+            block.face_z.0[i] = if_repeat(gradient.z, face.z);
             block.value.0[i] = if_repeat(restart_value, value);
             block.round.0[i] += if is_repeat { 1.0 } else { 0.0 };
             let later_phase = if goes_back { outcome } else { 1.0 };

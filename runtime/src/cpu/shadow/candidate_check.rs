@@ -105,10 +105,9 @@ impl<const FORM: u32> LightParams<FORM> {
         block.gradient_z.0[i] = gradient_part(new_gradient.z, gradient.z);
         let kept_offset = if is_moving | is_restart { zero } else { offset };
         let kept_offset = if is_detour { plane_offset } else { kept_offset };
-        let reached_face = candidate::reached_face::<f32>(phase, gradient, face);
         let kept_face = if is_moving | is_restart { zero } else { face };
-        let kept_face = if is_repeat { reached_face } else { kept_face };
-        set_face(block, i, if is_detour { gradient } else { kept_face });
+        let reaches_face = is_repeat | is_detour;
+        set_face(block, i, if reaches_face { gradient } else { kept_face });
         block.offset_x.0[i] = choose(is_repeat, next.x, kept_offset.x);
         block.offset_y.0[i] = choose(is_repeat, next.y, kept_offset.y);
         block.offset_z.0[i] = choose(is_repeat, next.z, kept_offset.z);
