@@ -6,6 +6,7 @@
 //! keep it.
 
 use crate::analysis::definedness::parts_by_definedness;
+use crate::analysis::extent::extent;
 use crate::analysis::param_ranges::ParamRanges;
 use crate::elaborate::field_without_inside;
 use crate::expression::{ExprId, Expression, Expressions, Stage};
@@ -19,6 +20,7 @@ use std::collections::{HashMap, HashSet};
 /// Removes the factors of all fields whose sign alone counts, and odd functions around them. `uses` are those of the shapes
 /// that are drawn ([`uses_below`]). A field
 /// with a stated slope keeps its factors. That slope says nothing about a field without its odd functions. A field that
+/// has lost its live factors gets the box that others have from the start. One that
 /// is negative nowhere is no shape; returns warnings of these.
 pub(crate) fn remove_factors(
     scene: &mut Scene,
@@ -29,13 +31,19 @@ pub(crate) fn remove_factors(
     // In the order of the text, so that numbers are built in the same order each time.
     for (index, shape) in (0..).zip(&mut scene.shapes) {
         let [by_sign, by_value] = [true, false].map(|it| uses.contains(&(ShapeId(index), it)));
-        let ShapeKind::Field { value, slope, .. } = &mut shape.kind else {
+        let ShapeKind::Field {
+            value,
+            slope,
+            region,
+        } = &mut shape.kind
+        else {
             continue;
         };
         if !by_sign && !by_value {
             continue;
         }
         let by_sign = by_sign && !by_value;
+        let was_live = !leaves(&scene.expressions, *value).is_empty();
         let fields = without_plateaus(&mut scene.expressions, *value, by_sign, ranges);
         *value = fields.same_values;
         if by_sign {
@@ -46,6 +54,11 @@ pub(crate) fn remove_factors(
             if slope.is_none() {
                 *value = without_factors(&mut scene.expressions, field, ranges);
             }
+        }
+        if was_live && leaves(&scene.expressions, *value).is_empty() {
+            let e = &scene.expressions;
+            let found = extent(e, *value, &mut |id| ranges.leaf(e, id));
+            *region = region.intersection(&found);
         }
         if by_sign {
             // A field that is defined nowhere is reported as such.

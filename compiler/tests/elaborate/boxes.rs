@@ -357,3 +357,17 @@ fn a_factor_changes_no_box() {
     }
     assert_eq!(bounds, folded("field(fn(p) => f(p) / 5)"));
 }
+
+/// A live factor changes no sign, and no box.
+#[test]
+fn fields_with_live_factors_have_the_boxes_of_those_without() {
+    for (field, high) in [
+        ("k * (length(p) - 1)", 1.0),
+        ("max(length(p) - 1, k * (p.x - 0.25))", 0.25),
+    ] {
+        let text = format!("param k = 3 in 0.5..4;\nfield(fn(p) => {field})");
+        let bounds = check(field, &text);
+        assert!((bounds.max[0] - high).abs() < 0.02, "{field}: {bounds:?}");
+        assert!((bounds.min[0] + 1.0).abs() < 0.02, "{field}: {bounds:?}");
+    }
+}
