@@ -16,6 +16,8 @@ const MAX_UNPROVED_CHANNELS: usize = 120;
 const MAX_LOOSE_CHANNELS: usize = 12;
 /// Maximum number of channels that may differ beside sharp edges.
 const MAX_SHARP_CHANNELS: usize = 40;
+/// Maximum number of channels that may differ in the penumbra of a funnel.
+const MAX_FUNNEL_CHANNELS: usize = 60;
 
 /// Draws a text with one sample per pixel.
 fn picture(text: &str, size: [u32; 2]) -> Image {
@@ -770,4 +772,29 @@ fn thin_sheets_cast_shadows_of_thick_ones() {
             );
         }
     }
+}
+
+/// The rim of a funnel is as sharp as a knife: a cut gives the penumbra of the profile without one.
+#[test]
+fn penumbras_of_a_funnel_are_those_of_its_profile() {
+    let scene = |funnel: &str| {
+        format!(
+            "scene {{ units: mm, up: z }}\n\
+             camera {{ from: [-41, 66, 150], look: [-13, 28, -30], height: 24 }}\n\
+             light {{ dir: [1, -2, 3], shadow: soft(0.1) }}\n\
+             {funnel} | plane(Z, at: -30)\n"
+        )
+    };
+    let cut = picture(
+        &scene("(cone(d1: 40, d2: 0, h: 40) - cylinder(d: 8, h: 40))"),
+        [160, 120],
+    );
+    let profile = picture(
+        &scene("polygon([[4, -20], [20, -20], [4, 12]]).revolve()"),
+        [160, 120],
+    );
+    let (cut, profile) = (cut.rgba8(), profile.rgba8());
+    let channels = cut.iter().zip(&profile);
+    let count = channels.filter(|&(&a, &b)| a.abs_diff(b) > 2).count();
+    assert!(count <= MAX_FUNNEL_CHANNELS, "{count} channels");
 }
