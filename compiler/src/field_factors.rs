@@ -18,9 +18,8 @@ use sdfc_vm::table::Op;
 use std::collections::{HashMap, HashSet};
 
 /// Removes the factors of all fields whose sign alone counts, and odd functions around them. `uses` are those of the shapes
-/// that are drawn ([`uses_below`]). A field
-/// with a stated slope keeps its factors. That slope says nothing about a field without its odd functions. A field that
-/// has lost its live factors gets the box that others have from the start. One that
+/// that are drawn ([`uses_below`]). A field with a stated slope keeps its factors. That slope says nothing about a field
+/// without its odd functions. A field that has lost its live factors gets the box that others have from the start. One that
 /// is negative nowhere is no shape; returns warnings of these.
 pub(crate) fn remove_factors(
     scene: &mut Scene,
@@ -142,10 +141,6 @@ fn sign_operands(e: &Expressions, number: ExprId) -> Option<(Option<Op>, Vec<Exp
     if e.stage(number) <= Stage::Uniform {
         return None;
     }
-    let sign_of = |id: ExprId| {
-        let factor = e.as_constant(id)?;
-        (factor.is_finite() && factor != 0.0).then_some(factor)
-    };
     let scaled = |operand: ExprId, factor: f64| {
         let op = (factor < 0.0).then_some(Op::Neg);
         Some((op, vec![operand]))
@@ -157,10 +152,18 @@ fn sign_operands(e: &Expressions, number: ExprId) -> Option<(Option<Op>, Vec<Exp
             let has_limit = values.iter().any(|&id| e.stage(id) <= Stage::Uniform);
             (!has_limit).then(|| (Some(*op), values.to_vec()))
         }
-        (Op::Mul | Op::Div, &[a, b]) if let Some(factor) = sign_of(b) => scaled(a, factor),
-        (Op::Mul, &[a, b]) => scaled(b, sign_of(a)?),
+        (Op::Mul | Op::Div, &[a, b]) if let Some(factor) = constant_factor(e, b) => {
+            scaled(a, factor)
+        }
+        (Op::Mul, &[a, b]) => scaled(b, constant_factor(e, a)?),
         _ => None,
     }
+}
+
+/// Returns a constant factor that has a sign.
+fn constant_factor(e: &Expressions, id: ExprId) -> Option<f64> {
+    let factor = e.as_constant(id)?;
+    (factor.is_finite() && factor != 0.0).then_some(factor)
 }
 
 /// Returns a field with the same sign without the factors around it.
@@ -321,12 +324,14 @@ impl<'a> Factors<'a> {
 
     /// Removes a uniform factor or divisor, and reports whether it can be.
     fn take(&mut self, factor: ExprId, op: Op) -> bool {
+        if self.e.stage(factor) > Stage::Uniform {
+            return false;
+        }
         match self.e.as_constant(factor) {
-            _ if self.e.stage(factor) > Stage::Uniform => false,
-            Some(factor) => {
-                let has_sign = factor.is_finite() && factor != 0.0;
-                self.is_negated ^= has_sign && factor < 0.0;
-                has_sign
+            Some(_) => {
+                let factor = constant_factor(self.e, factor);
+                self.is_negated ^= factor.is_some_and(|factor| factor < 0.0);
+                factor.is_some()
             }
             None => {
                 let range = self.ranges.number(self.e, factor);

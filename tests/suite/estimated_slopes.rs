@@ -29,7 +29,7 @@ fn picture(set: &str) -> Vec<u8> {
     let text = format!(
         "camera {{ from: [2.2, 1.8, 3.2], look: [0, 0, 0], fov: 40deg }}\n\
          light {{ dir: [-0.6, 1, 0.5], intensity: 3, shadow: none }}\n\
-         render {{ occlusion: off }}\n\
+         render {{ occlusion: off, far: 1e6 }}\n\
          fn julia(c: vec2, rounds) = fold(0..rounds, c, fn(z, i) =>\n\
              [z.x*z.x - z.y*z.y - 0.7269, 2*z.x*z.y + 0.1889]);\n\
          fn bulb(p) = ln(length(bulb_round(bulb_round(p, p), p)) / 1.2);\n\

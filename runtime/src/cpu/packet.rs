@@ -41,9 +41,6 @@ use segments::{leave_segments, segment_boxes};
 
 /// Number of steps from which on the limit of steps in cells without a bound grows.
 const MAX_SHORT_STEPS: f64 = 512.0;
-/// Distance from the camera up to which pixels do not limit steps any further, as a fraction of the longest ray. At the camera
-/// itself, they have no size.
-const NEAR_FRACTION: f32 = 1e-3;
 
 /// Placeholder for the crowded part of a ray: a leaf is small.
 const NO_CROWD: [f32; 3] = [camera::NEVER as f32, 0.0, camera::NEVER as f32];
@@ -577,9 +574,10 @@ multiversion! {
 #[inline(always)]
 fn limit_steps_body(frame: &FrameUniforms, count: usize, block: &mut LeafRays) {
     for i in 0..whole_chunks(count) {
-        let t = Real::max(block.t.0[i], frame.far * NEAR_FRACTION);
-        let half = camera::half_pixel(t, frame.half_pixel_size, frame.half_pixel_growth);
+        let half = camera::half_pixel(block.t.0[i], frame.half_pixel_size, frame.half_pixel_growth);
         let limit = half * marching::speedup_after(block.steps.0[i], MAX_SHORT_STEPS);
+        // At the camera itself, pixels have no size.
+        let limit = if half > 0.0 { limit } else { f32::INFINITY };
         block.step.0[i] = Real::min(block.step.0[i], limit);
     }
 }
