@@ -165,7 +165,7 @@ pub(crate) fn compile_with(
     };
     let param_ranges = ParamRanges::for_scene(SceneRef::from(&scene));
     let uses = uses_below(&scene, root);
-    let empty_fields = remove_factors(&mut scene, &uses, &param_ranges);
+    let removed = remove_factors(&mut scene, &uses, &param_ranges);
     limit_overflow(&mut scene, root, &uses, &param_ranges);
     let mut uniforms = Uniforms::new(scene.params.iter().map(|param| param.value.len()));
     let mut bounds_for_all_params = ShapeBounds::for_all_params();
@@ -174,7 +174,7 @@ pub(crate) fn compile_with(
     let mut current_boxes = ShapeBounds::at_time_and_values(0.0, HashMap::new());
     let (subject, parts) = subject(&mut scene, &mut current_boxes, root);
     let size = scene_size(&scene, &mut current_boxes, root, subject);
-    let mut slopes = ShapeSlopes::new(SceneRef::from(&scene), size);
+    let mut slopes = ShapeSlopes::new(SceneRef::from(&scene), size, removed.dropped);
     let (graph, mut diagnostics) = lower(
         &mut scene,
         root,
@@ -183,7 +183,7 @@ pub(crate) fn compile_with(
         &mut uniforms,
         &mut bounds_for_all_params,
     );
-    diagnostics.extend(empty_fields);
+    diagnostics.extend(removed.warnings);
     let context = |purpose| Context {
         purpose,
         lod_target: options.lod_target,

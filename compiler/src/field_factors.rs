@@ -8,6 +8,7 @@
 use crate::analysis::definedness::parts_by_definedness;
 use crate::analysis::extent::extent;
 use crate::analysis::param_ranges::ParamRanges;
+use crate::analysis::slope::{StatedSlope, has_bounded_slope};
 use crate::elaborate::field_without_inside;
 use crate::expression::{ExprId, Expression, Expressions, Stage};
 use crate::scene::{NO_SURFACE_DISTANCE, Scene, ShapeId, ShapeKind, children};
@@ -17,16 +18,25 @@ use sdfc_lang::Diagnostic;
 use sdfc_vm::table::Op;
 use std::collections::{HashMap, HashSet};
 
+/// Diagnostics of a removal of factors, and the stated slopes that went with them.
+#[derive(Default)]
+pub(crate) struct RemovedFactors {
+    /// Warnings of fields that are negative nowhere.
+    pub(crate) warnings: Vec<Diagnostic>,
+    /// Stated slopes that nothing uses any more.
+    pub(crate) dropped: Vec<StatedSlope>,
+}
+
 /// Removes the factors of all fields whose sign alone counts, and odd functions around them. `uses` are those of the shapes
-/// that are drawn ([`uses_below`]). A field with a stated slope keeps its factors. That slope says nothing about a field
-/// without its odd functions. A field that has lost its live factors gets the box that others have from the start. One that
-/// is negative nowhere is no shape; returns warnings of these.
+/// that are drawn ([`uses_below`]). A stated slope says nothing about a field without its factors. So it is dropped with
+/// them, or keeps them where no other bound is found. A field that has lost its live factors gets the box that others have from the start. One that
+/// is negative nowhere is no shape.
 pub(crate) fn remove_factors(
     scene: &mut Scene,
     uses: &HashSet<(ShapeId, bool)>,
     ranges: &ParamRanges,
-) -> Vec<Diagnostic> {
-    let mut warnings = Vec::new();
+) -> RemovedFactors {
+    let mut removed = RemovedFactors::default();
     // In the order of the text, so that numbers are built in the same order each time.
     for (index, shape) in (0..).zip(&mut scene.shapes) {
         let [by_sign, by_value] = [true, false].map(|it| uses.contains(&(ShapeId(index), it)));
@@ -42,16 +52,24 @@ pub(crate) fn remove_factors(
             continue;
         }
         let by_sign = by_sign && !by_value;
-        let was_live = !leaves(&scene.expressions, *value).is_empty();
+        let written = *value;
+        let was_live = !leaves(&scene.expressions, written).is_empty();
         let fields = without_plateaus(&mut scene.expressions, *value, by_sign, ranges);
         *value = fields.same_values;
         if by_sign {
-            let field = fields.same_sign;
-            if field != *value {
-                (*value, *slope) = (field, None);
-            }
-            if slope.is_none() {
-                *value = without_factors(&mut scene.expressions, field, ranges);
+            let field = without_factors(&mut scene.expressions, fields.same_sign, ranges);
+            let has_odd_function = fields.same_sign != *value;
+            let keeps = slope.is_some()
+                && !has_odd_function
+                && !has_bounded_slope(&scene.expressions, field, ranges);
+            if field != *value && !keeps {
+                let stated = slope.take().map(|slope| StatedSlope {
+                    shape: ShapeId(index),
+                    value: written,
+                    slope,
+                });
+                removed.dropped.extend(stated);
+                *value = field;
             }
         }
         if was_live && leaves(&scene.expressions, *value).is_empty() {
@@ -64,11 +82,11 @@ pub(crate) fn remove_factors(
             let is_undefined = scene.expressions.as_constant(*value) == Some(NO_SURFACE_DISTANCE);
             if !is_undefined && ranges.number(&scene.expressions, *value).lo >= 0.0 {
                 shape.kind = ShapeKind::Nothing;
-                warnings.push(field_without_inside(shape.span));
+                removed.warnings.push(field_without_inside(shape.span));
             }
         }
     }
-    warnings
+    removed
 }
 
 /// Returns the shapes below a shape, each with whether its sign alone counts.

@@ -674,6 +674,14 @@ compiler proves that parts are flush, it removes the seam and reports nothing.
     let a = polygon([[0, -0.5], [1, -0.5], [1, 0.5], [0.5, 1.5], [0, 1.5]]).revolve();
     a.shell(0.2)";
 
+W0406 "a shape that is stretched too far" "\
+Distances of a shape that is scaled by unequal factors are multiplied by the smallest one, unless the
+scaled shape is a shape of the language itself. If one factor is a thousandth of another, what is left
+is less than the rounding of `f32` where the shape is thin. Its edge may be missing there, or have holes.
+
+    torus(1, 0.3).scale([1, 1e-5, 1])
+    (circle(1.3) - circle(0.7)).extrude(1e-5)";
+
 W0501 "a slope that cannot be bounded" "\
 Each field is divided by a bound on its slope, so that no step of a ray crosses a surface. Near a
 pole (a division by a value that reaches zero, a root at zero) there is no bound, nor is there one in

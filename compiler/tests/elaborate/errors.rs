@@ -87,6 +87,10 @@ const MISTAKES: &[(&str, &str)] = &[
         "sphere(1).translate(-3, 0, 0).mirror(X) | sphere(1).translate(0, -0.5, 0).mirror(Y) | sphere(1).mirror([0, 1, 1], at: 0.8)",
     ),
     (
+        "factors of very different sizes",
+        "torus(1, 0.3).scale([1, 1e-5, 1]) | box(1).scale([1, 1e-5, 1]) | torus(1, 0.3).scale(1e-5)",
+    ),
+    (
         "one number for all sides, and another",
         "box_frame(0.8, 0.1)",
     ),

@@ -44,6 +44,8 @@ pub(crate) struct ShapeSlopes {
     is_estimating: bool,
     /// About half the size of the visible scene.
     size: f64,
+    /// Stated slopes that nothing uses.
+    dropped: Vec<StatedSlope>,
     /// Fields whose declared bound was tested, with a counterexample if there is one.
     tested: HashMap<ShapeId, Option<RefutedSlope>>,
     /// Values by which rays march on fields without a bound, by the corners of their region.
@@ -84,9 +86,19 @@ fn corners(region: &Bounds) -> [u64; 6] {
     [x, y, z, u, v, w]
 }
 
+/// A stated slope of a field, with the value as written.
+#[derive(Clone, Copy)]
+pub(crate) struct StatedSlope {
+    pub(crate) shape: ShapeId,
+    pub(crate) value: ExprId,
+    pub(crate) slope: ExprId,
+}
+
 impl ShapeSlopes {
-    pub(crate) fn new(scene: SceneRef<'_>, size: f64) -> Self {
+    /// Returns a cache for a scene of about twice a size. `dropped` are stated slopes that nothing uses.
+    pub(crate) fn new(scene: SceneRef<'_>, size: f64, dropped: Vec<StatedSlope>) -> Self {
         Self {
+            dropped,
             ranges: ParamRanges::for_scene(scene),
             budget: Budget::default(),
             constant_bounds: HashMap::new(),
@@ -105,6 +117,11 @@ impl ShapeSlopes {
             uses_statements: false,
             has_met_loose_bound: false,
         }
+    }
+
+    /// Returns the stated slopes that nothing uses.
+    pub(crate) fn dropped(&self) -> &[StatedSlope] {
+        &self.dropped
     }
 
     /// Returns about half the size of the visible scene.
@@ -307,7 +324,12 @@ impl ShapeSlopes {
                 let Some(slope) = slope.filter(|_| is_used) else {
                     return bound;
                 };
-                match self.find_refutation(scene, boxes, id, *value, slope) {
+                let stated = StatedSlope {
+                    shape: id,
+                    value: *value,
+                    slope,
+                };
+                match self.find_refutation(scene, boxes, stated) {
                     Some(_) => bound,
                     None if self.covers_region(scene, boxes, id, region) => {
                         bound.min(self.range(scene, slope).hi)
@@ -383,10 +405,13 @@ impl ShapeSlopes {
         &mut self,
         scene: SceneRef<'_>,
         boxes: &mut ShapeBounds,
-        id: ShapeId,
-        value: ExprId,
-        slope: ExprId,
+        stated: StatedSlope,
     ) -> Option<RefutedSlope> {
+        let StatedSlope {
+            shape: id,
+            value,
+            slope,
+        } = stated;
         if let Some(cached) = self.tested.get(&id) {
             return *cached;
         }

@@ -14,6 +14,10 @@ use sdfc_lang::{Diagnostic, Span, codes};
 use sdfc_vm::ops::affine::{self, Affine};
 use sdfc_vm::real::{Real, lit};
 
+/// Ratio of the largest to the smallest factor from which on a warning is given. At ten times this, a tenth of a torus is
+/// missing.
+const MAX_FACTOR_RATIO: f64 = 1e3;
+
 impl<'a> Elaborator<'a> {
     /// Adds a frame to a shape; an empty shape and an identity need none.
     pub(crate) fn add_frame(
@@ -86,10 +90,29 @@ impl<'a> Elaborator<'a> {
     /// factor, so uneven factors give a bound.
     pub(crate) fn scale(&mut self, bound: BoundArgs<'a>) -> EvalResult<'a> {
         let (child, factors) = (bound.shape(0), bound.vector(1));
-        let scaled = self
-            .with_unequal_scale(child, factors)
-            .unwrap_or_else(|| self.scaled_along_axes(child, factors, bound.span));
+        if let Some(scaled) = self.with_unequal_scale(child, factors) {
+            return Ok(Value::Shape(scaled));
+        }
+        self.warn_of_stretch(child, factors, bound.span_at(1));
+        let scaled = self.scaled_along_axes(child, factors, bound.span);
         Ok(Value::Shape(scaled))
+    }
+
+    /// Warns of factors of which one is so small beside another that distances times the smallest one are lost in rounding.
+    fn warn_of_stretch(&mut self, child: ShapeId, factors: [ExprId; 3], span: Span) {
+        let is_2d = self.shapes[child.0 as usize].is_2d;
+        let lengths = factors.map(|factor| self.current_value(factor).abs());
+        let lengths = &lengths[..if is_2d { 2 } else { 3 }];
+        let smallest = lengths.iter().copied().fold(f64::INFINITY, f64::min);
+        let largest = lengths.iter().copied().fold(0.0, f64::max);
+        if smallest == 0.0 || largest < MAX_FACTOR_RATIO * smallest {
+            return;
+        }
+        let message = "this shape is stretched so far that it may have holes";
+        let diagnostic = Diagnostic::warning(codes::W0406, span, message)
+            .primary("distances are multiplied by the smallest factor, and are lost to rounding where the shape is thin")
+            .help("write the shape at its size: boxes, cylinders, cones, ellipsoids and polygons of any proportions are exact");
+        self.report(diagnostic);
     }
 
     /// Adds a frame that scales a shape along the axes.

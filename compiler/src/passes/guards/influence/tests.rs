@@ -37,7 +37,7 @@ fn graph(path: &Path) -> Graph {
     let mut uniforms = Uniforms::new(scene.params.iter().map(|param| param.value.len()));
     let mut boxes = ShapeBounds::for_all_params();
     let purpose = Purpose::Distance;
-    let mut slopes = ShapeSlopes::new(SceneRef::from(&scene), 1.0);
+    let mut slopes = ShapeSlopes::new(SceneRef::from(&scene), 1.0, Vec::new());
     lower(
         &mut scene,
         root,
