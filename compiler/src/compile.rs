@@ -12,6 +12,7 @@ use crate::distribute::distribute_maps;
 use crate::expression::{ExprId, ParamId, Stage};
 use crate::field_factors::{remove_factors, uses_below};
 use crate::graph::{Graph, GraphNode, GraphNumber, Purpose};
+use crate::half_spaces::without_complements;
 use crate::leaves::LeafTracker;
 use crate::lower::{lower, lower_leaf_ids};
 use crate::passes::lod::LodTarget;
@@ -170,6 +171,7 @@ pub(crate) fn compile_with(
     let mut uniforms = Uniforms::new(scene.params.iter().map(|param| param.value.len()));
     let mut bounds_for_all_params = ShapeBounds::for_all_params();
     let root = extend_cutters_with_bounds(&mut scene, &mut bounds_for_all_params, root);
+    let root = without_complements(&mut scene, root);
     let root = distribute_maps(&mut scene, root);
     let mut current_boxes = ShapeBounds::at_time_and_values(0.0, HashMap::new());
     let (subject, parts) = subject(&mut scene, &mut current_boxes, root);

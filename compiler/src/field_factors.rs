@@ -8,7 +8,7 @@
 use crate::analysis::definedness::parts_by_definedness;
 use crate::analysis::extent::extent;
 use crate::analysis::param_ranges::ParamRanges;
-use crate::analysis::slope::{StatedSlope, has_bounded_slope};
+use crate::analysis::slope::{StatedSlope, has_close_bound};
 use crate::elaborate::field_without_inside;
 use crate::expression::{ExprId, Expression, Expressions, Stage};
 use crate::scene::{NO_SURFACE_DISTANCE, Scene, ShapeId, ShapeKind, children};
@@ -59,10 +59,11 @@ pub(crate) fn remove_factors(
         if by_sign {
             let field = without_factors(&mut scene.expressions, fields.same_sign, ranges);
             let has_odd_function = fields.same_sign != *value;
-            let keeps = slope.is_some()
-                && !has_odd_function
-                && !has_bounded_slope(&scene.expressions, field, ranges);
-            if field != *value && !keeps {
+            let keeps = || {
+                let found = || has_close_bound(&scene.expressions, field, region, ranges);
+                slope.is_some() && !has_odd_function && !found()
+            };
+            if field != *value && !keeps() {
                 let stated = slope.take().map(|slope| StatedSlope {
                     shape: ShapeId(index),
                     value: written,

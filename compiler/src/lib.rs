@@ -13,6 +13,7 @@ pub mod fidget_text;
 mod field_factors;
 mod formula;
 pub mod graph;
+mod half_spaces;
 mod leaves;
 pub mod lower;
 pub mod open;

@@ -8,8 +8,9 @@
 mod distance_slope;
 
 use crate::analysis::bounds_slack::DistanceSlack;
-use crate::analysis::extent::{extent, extent_of_preimage, narrow_bounds, search_extent};
+use crate::analysis::extent::{extent, narrow_bounds, search_extent};
 use crate::analysis::param_ranges::ParamRanges;
+use crate::analysis::preimage::extent_of_preimage;
 use crate::analysis::range::range;
 use crate::analysis::shape_range::ShapeRange;
 use crate::expression::{ExprId, Expression, Expressions, ParamId};
@@ -593,7 +594,7 @@ impl ShapeBounds {
             return narrow_bounds(outer_box, evaluations, &mut over);
         }
         let is_2d = scene.shapes[id.0 as usize].is_2d;
-        search_extent([false, false, is_2d], evaluations, &mut over)
+        search_extent([false, false, is_2d], evaluations, &mut over, &mut |it| *it)
     }
 
     fn joined_slack(&mut self, scene: SceneRef<'_>, children: &[ShapeId]) -> DistanceSlack {

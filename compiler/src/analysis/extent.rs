@@ -2,9 +2,11 @@
 //!
 //! First each side moves in from infinity, as far as one evaluation over the half-space beyond it
 //! proves. The sides that stay infinite are searched within a large cube. Boxes that may hold a value
-//! of at most zero are halved. A finite solid then shows as boxes that do not touch the cube's sides.
+//! of at most zero are halved. A finite solid then shows as boxes that do not touch the cube's sides. Sides that are infinite
+//! even so follow from the operations (`contraction`).
 
 use crate::analysis::box_eval::{AxisDependence, BoxNumber, UniformInput};
+use crate::analysis::contraction::contracted_to_negative;
 use crate::expression::{ExprId, Expression, Expressions};
 use sdfc_vm::bounds::Bounds;
 use sdfc_vm::interval::Interval;
@@ -15,7 +17,7 @@ const SEARCH_HALF_SIDE: f64 = 1e4;
 /// Largest distance from the origin to which a side moves without a cube, in units.
 const MAX_SIDE: f64 = 1e9;
 /// Maximum number of operations for one field.
-const MAX_OPERATIONS: usize = 600_000;
+pub(crate) const MAX_OPERATIONS: usize = 600_000;
 /// Maximum number of boxes, at one time, that may hold a value of at most zero.
 const MAX_BOXES: usize = 1024;
 /// Boxes are halved until they are at most this fraction of their hull.
@@ -40,7 +42,12 @@ pub(crate) fn extent(
         .axis_dependence()
         .map(|along| along == AxisDependence::Independent);
     let evaluations = MAX_OPERATIONS / number.cost();
-    search_extent(unused, evaluations, &mut |bounds| number.eval(bounds, &[]))
+    search_extent(
+        unused,
+        evaluations,
+        &mut |bounds| number.eval(bounds, &[]),
+        &mut |bounds| contracted_to_negative(expressions, id, bounds, uniform),
+    )
 }
 
 /// Returns a number without positive constant factors, which do not change its sign.
@@ -54,39 +61,6 @@ fn without_constant_factor(expressions: &Expressions, mut id: ExprId) -> ExprId 
         };
     }
     id
-}
-
-/// Returns a box outside of which a map of the point to three numbers leads out of `image`.
-pub(crate) fn extent_of_preimage(
-    expressions: &Expressions,
-    map: [ExprId; 3],
-    image: &Bounds,
-    uniform: &mut dyn FnMut(ExprId) -> Interval,
-) -> Bounds {
-    if image.is_empty() {
-        return Bounds::EMPTY;
-    }
-    let mut numbers = map.map(|id| {
-        BoxNumber::<Interval>::new(expressions, id, &mut |id| UniformInput::Known(uniform(id)))
-    });
-    let unused = std::array::from_fn(|axis| {
-        numbers
-            .iter()
-            .all(|number| number.axis_dependence()[axis] == AxisDependence::Independent)
-    });
-    let cost: usize = numbers.iter().map(BoxNumber::cost).sum();
-    search_extent(unused, MAX_OPERATIONS / cost, &mut |bounds| {
-        let (mut is_outside, mut is_within) = (false, true);
-        for (axis, number) in numbers.iter_mut().enumerate() {
-            let range = number.eval(bounds, &[]);
-            is_outside |= range.hi < image.min[axis] || range.lo > image.max[axis];
-            is_within &= range.lo >= image.min[axis] && range.hi <= image.max[axis];
-        }
-        Interval {
-            lo: if is_outside { 1.0 } else { -1.0 },
-            hi: if is_within { -1.0 } else { 1.0 },
-        }
-    })
 }
 
 /// Returns the part of a finite box outside of which a value is positive, by at most `evaluations`
@@ -115,11 +89,13 @@ pub(crate) fn narrow_bounds(
     result
 }
 
-/// Returns a box outside of which the value ranges that `over` computes are positive.
+/// Returns a box outside of which the value ranges that `over` computes are positive. `contract` returns the part of a box
+/// outside of which they are proved to be positive in another way, for sides that stay infinite otherwise.
 pub(crate) fn search_extent(
     unused: [bool; 3],
     evaluations: usize,
     over: &mut dyn FnMut(&Bounds) -> Interval,
+    contract: &mut dyn FnMut(&Bounds) -> Bounds,
 ) -> Bounds {
     let mut search = ExtentSearch {
         value_range: over,
@@ -135,7 +111,16 @@ pub(crate) fn search_extent(
             }
         }
     }
-    search.enclosed(&bounds)
+    let found = search.enclosed(&bounds);
+    let is_open = |axis: usize| !unused[axis] && (found.max[axis] - found.min[axis]).is_infinite();
+    if found.is_empty() || !(0..3).any(is_open) {
+        return found;
+    }
+    let contracted = contract(&found);
+    match contracted.is_finite() && contracted != found {
+        true => narrow_bounds(&contracted, evaluations, over),
+        false => contracted,
+    }
 }
 
 struct ExtentSearch<'f> {

@@ -332,6 +332,22 @@ fn slope_samples(
     })
 }
 
+/// Reports whether a close bound of a number's slope is found in a region, or in a large box where the region is infinite.
+pub(crate) fn has_close_bound(
+    expressions: &Expressions,
+    number: ExprId,
+    region: &Bounds,
+    ranges: &ParamRanges,
+) -> bool {
+    let region = match region.is_finite() {
+        true => near_region(region),
+        false => Bounds::centred([BOUNDED_BOX_SIZE; 3]),
+    };
+    let budget = &mut Budget::default();
+    let found = slope_bound(expressions, &[number], &region, None, ranges, budget);
+    found.is_some_and(|found| found.is_close)
+}
+
 /// Reports whether the slope of a number has a bound in a large box around the origin.
 pub(crate) fn has_bounded_slope(
     expressions: &Expressions,

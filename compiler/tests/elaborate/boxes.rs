@@ -27,6 +27,10 @@ const SCENES: &[&str] = &[
     "box(0.8).warp(fn(p) => [p.x * exp(0.4 * p.y), p.y, p.z]).shell(0.3)",
     "let a = sphere(0.5).warp(fn(p) => [p.x * 0.4, p.y, p.z + 0.3 * p.x]);\na |[0.3] a",
     "box(0.7).translate(0.5, 0, 0).warp(fn(p) => p * dot(p, p)).offset(0.1)",
+    // Rotations by angles that vary with the point keep lengths.
+    "box(0.5, 1.6, 0.5).warp(fn(p) => [p.x * cos(p.y) - p.z * sin(p.y), p.y, p.x * sin(p.y) + p.z * cos(p.y)])",
+    "field(fn(p) => { let a = 3 * length(p.xz); let x = p.x * cos(a) + p.z * sin(a); let z = p.z * cos(a) - p.x * sin(a); max(max(abs(x) - 0.5, abs(z) - 1), abs(p.y) - 0.1) })",
+    "field(fn(p) => min(length(p) - 1, max(abs(p.x * cos(p.y) - p.z * sin(p.y)), max(abs(p.x * sin(p.y) + p.z * cos(p.y)), abs(p.y) / 5)) - 0.4))",
     // Disjoint shapes, then intersecting ones.
     "(sphere(0.5).translate(-0.55, 0, 0) & sphere(0.5).translate(0.55, 0, 0)).offset(0.2)",
     "let a = sphere(0.5).translate(-0.6, 0, 0).mirror(X);\n(a & a).offset(0.3) |[0.1] a.offset(0.3)",
@@ -88,6 +92,58 @@ fn nothing_lies_outside_its_box() {
         let reach = (0..2).map(|i| bounds.max[i] - bounds.min[i]);
         assert!(reach.fold(0.0, f64::max) < 10.0, "{text}: {bounds:?}");
     }
+}
+
+#[test]
+fn the_complement_of_a_half_space_is_a_half_space() {
+    for text in [
+        "!plane([0, -1, 0], at: 1)",
+        "!plane([0, -1, 0]).translate(0, -1, 0)",
+        "box(1).translate(0, -3, 0) | !plane([0, -1, 0], at: 1)",
+    ] {
+        let bounds = check(text, text);
+        assert!((bounds.max[1] + 1.0).abs() < 1e-6, "{text}: {bounds:?}");
+        assert!(bounds.min[1].is_infinite(), "{text}: {bounds:?}");
+    }
+}
+
+/// Boxes of shapes that are turned by angles that vary with the point, by functions that the scene writes.
+#[test]
+fn boxes_of_turned_fields_are_those_of_their_corners() {
+    let turned = "let x = p.x * cos(a) - p.z * sin(a); let z = p.x * sin(a) + p.z * cos(a);";
+    let by_height = format!("let a = p.y * 60deg; {turned}");
+    let half = 0.5_f64.hypot(0.5) / 2.0;
+    let square = "max(max(abs(x), abs(z)) - 0.25, abs(p.y) - 0.8)";
+    let cases = [
+        (
+            format!("box(0.5, 1.6, 0.5).warp(fn(p) => {{ {by_height} [x, p.y, z] }})"),
+            [half, 0.8, half],
+        ),
+        (
+            format!("field(fn(p) => {{ {by_height} {square} }})"),
+            [half, 0.8, half],
+        ),
+        (
+            format!("field(fn(p) => {{ {by_height} min(3 * {square}, length(p) - 0.6) }})"),
+            [0.6, 0.8, 0.6],
+        ),
+        (
+            format!("field(fn(p) => {{ let a = 2 * length(p); {turned} 1.5 * {square} }})"),
+            [half, 0.8, half],
+        ),
+    ];
+    for (text, expected) in cases {
+        let bounds = check(&text, &text);
+        for (axis, expected) in expected.into_iter().enumerate() {
+            let sides = [-bounds.min[axis], bounds.max[axis]];
+            let is_close = |side: f64| side > expected - 1e-3 && side < expected * 1.1;
+            assert!(sides.into_iter().all(is_close), "{text}: {bounds:?}");
+        }
+    }
+    // With two equal signs, lengths change.
+    let text = "field(fn(p) => { let x = p.x * cos(p.y) + p.z * sin(p.y); \
+                let z = p.x * sin(p.y) + p.z * cos(p.y); max(max(abs(x), abs(z)) - 0.5, abs(p.y) - 0.5) })";
+    check(text, text);
 }
 
 /// Interval arithmetic alone yields −9 for x · x in [−3, 3], and e⁵⁴⁰ for its exponential.

@@ -114,10 +114,10 @@ impl FramingTarget {
         }
     }
 
-    /// Returns the target with a better size if its bounds have none. It is that of the subject, or follows
-    /// from the distance of the scene's camera.
+    /// Returns the target with a better size if its bounds are endless. It is that of the subject, or follows
+    /// from the distance of the scene's camera. So the thickness of a floor does not count.
     pub(super) fn with_known_size(self, subject: Option<&Outline>, distance: Option<f64>) -> Self {
-        if !self.is_guessed {
+        if self.bounds.is_finite() || self.bounds.is_empty() {
             return self;
         }
         let subject_size = subject.map(|subject| subject.bounds().half_diagonal());
@@ -407,6 +407,22 @@ mod tests {
             );
             assert!(target.occlusion_reach() > 0.0);
         }
+    }
+
+    #[test]
+    fn occlusion_reaches_equally_far_above_floors_of_any_thickness() {
+        let above = |bottom: f64| {
+            let (far, top) = (f64::INFINITY, 0.6);
+            let floor = Bounds {
+                min: [-far, bottom, -far],
+                max: [far, top, far],
+            };
+            FramingTarget::from_bounds(&floor)
+                .with_known_size(None, Some(5.0))
+                .occlusion_reach()
+        };
+        assert_eq!(above(-100.0), above(-1.0));
+        assert_eq!(above(f64::NEG_INFINITY), above(-1.0));
     }
 
     #[test]

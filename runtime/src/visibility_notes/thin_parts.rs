@@ -6,7 +6,7 @@ use glam::DVec3;
 use sdfc_vm::bounds::Bounds;
 
 /// Thickness below which a part may have holes, in units of the depth that it needs.
-const MIN_DEPTHS: f64 = 3.0;
+const MIN_DEPTHS: f64 = 6.0;
 
 /// Returns the note on the thinnest part, by the boxes of the parts; `None` if all are thick enough.
 pub(super) fn note(settings: &RenderSettings, scene: &Bounds) -> Option<String> {
