@@ -176,7 +176,7 @@ pub(crate) fn compile_with(
     let mut current_boxes = ShapeBounds::at_time_and_values(0.0, HashMap::new());
     let (subject, parts) = subject(&mut scene, &mut current_boxes, root);
     let size = scene_size(&scene, &mut current_boxes, root, subject);
-    let mut slopes = ShapeSlopes::new(SceneRef::from(&scene), size, removed.dropped);
+    let mut slopes = ShapeSlopes::new(SceneRef::from(&scene), size, removed.written);
     let (graph, mut diagnostics) = lower(
         &mut scene,
         root,

@@ -8,7 +8,7 @@
 use crate::analysis::definedness::parts_by_definedness;
 use crate::analysis::extent::extent;
 use crate::analysis::param_ranges::ParamRanges;
-use crate::analysis::slope::{StatedSlope, has_close_bound};
+use crate::analysis::slope::WrittenField;
 use crate::elaborate::field_without_inside;
 use crate::expression::{ExprId, Expression, Expressions, Stage};
 use crate::scene::{NO_SURFACE_DISTANCE, Scene, ShapeId, ShapeKind, children};
@@ -23,13 +23,13 @@ use std::collections::{HashMap, HashSet};
 pub(crate) struct RemovedFactors {
     /// Warnings of fields that are negative nowhere.
     pub(crate) warnings: Vec<Diagnostic>,
-    /// Stated slopes that nothing uses any more.
-    pub(crate) dropped: Vec<StatedSlope>,
+    /// Fields that have changed, as written.
+    pub(crate) written: Vec<WrittenField>,
 }
 
 /// Removes the factors of all fields whose sign alone counts, and odd functions around them. `uses` are those of the shapes
-/// that are drawn ([`uses_below`]). A stated slope says nothing about a field without its factors. So it is dropped with
-/// them, or keeps them where no other bound is found. A field that has lost its live factors gets the box that others have from the start. One that
+/// that are drawn ([`uses_below`]). A stated slope is divided by the least factor.
+/// The written value is at least that factor times the rest, so this is the radius of an empty sphere. It says nothing about a field without its odd functions. A field that has lost its live factors gets the box that others have from the start. One that
 /// is negative nowhere is no shape.
 pub(crate) fn remove_factors(
     scene: &mut Scene,
@@ -57,20 +57,21 @@ pub(crate) fn remove_factors(
         let fields = without_plateaus(&mut scene.expressions, *value, by_sign, ranges);
         *value = fields.same_values;
         if by_sign {
-            let field = without_factors(&mut scene.expressions, fields.same_sign, ranges);
+            let e = &mut scene.expressions;
+            let Reduced { number, least } = without_factors(e, fields.same_sign, ranges);
             let has_odd_function = fields.same_sign != *value;
-            let keeps = || {
-                let found = || has_close_bound(&scene.expressions, field, region, ranges);
-                slope.is_some() && !has_odd_function && !found()
-            };
-            if field != *value && !keeps() {
-                let stated = slope.take().map(|slope| StatedSlope {
+            let bound = slope.filter(|_| !has_odd_function);
+            if number != *value && (bound.is_none() || least > 0.0) {
+                removed.written.push(WrittenField {
                     shape: ShapeId(index),
                     value: written,
-                    slope,
+                    slope: *slope,
                 });
-                removed.dropped.extend(stated);
-                *value = field;
+                *slope = bound.map(|slope| {
+                    let least = e.constant(least);
+                    e.call(Op::Div, &[slope, least])
+                });
+                *value = number;
             }
         }
         if was_live && leaves(&scene.expressions, *value).is_empty() {
@@ -117,19 +118,34 @@ fn keeps_signs(kind: &ShapeKind) -> bool {
 /// Maximum depth of products in which factors are found.
 const MAX_DEPTH: u32 = 32;
 
+/// Field without factors.
+#[derive(Clone, Copy)]
+struct Reduced {
+    number: ExprId,
+    /// Smallest magnitude of a product of removed factors: that of the written value is at least this times the number's.
+    least: f64,
+}
+
 /// Returns a field with the same sign without factors, also of the operands of minima and maxima. So all parts of a field
 /// have the slopes that their shapes give them.
-fn without_factors(e: &mut Expressions, number: ExprId, ranges: &ParamRanges) -> ExprId {
-    let mut results: HashMap<ExprId, ExprId> = HashMap::new();
+fn without_factors(e: &mut Expressions, number: ExprId, ranges: &ParamRanges) -> Reduced {
+    let mut results: HashMap<ExprId, Reduced> = HashMap::new();
     let order = numbers_by_sign(e, number);
     for id in order {
         let result = match sign_operands(e, id) {
-            Some((op, operands)) => {
-                let operands: Vec<ExprId> = operands.iter().map(|it| results[it]).collect();
-                match op {
+            Some(SignOperands {
+                op,
+                operands,
+                factor,
+            }) => {
+                let least = operands.iter().map(|it| results[it].least);
+                let least = least.fold(f64::INFINITY, f64::min) * factor.abs();
+                let operands: Vec<ExprId> = operands.iter().map(|it| results[it].number).collect();
+                let number = match op {
                     Some(op) => e.call(op, &operands),
                     None => operands[0],
-                }
+                };
+                Reduced { number, least }
             }
             None => without_outer_factors(e, id, ranges),
         };
@@ -142,7 +158,7 @@ fn without_factors(e: &mut Expressions, number: ExprId, ranges: &ParamRanges) ->
 fn numbers_by_sign(e: &Expressions, number: ExprId) -> Vec<ExprId> {
     let (mut reached, mut pending) = (HashSet::from([number]), vec![number]);
     while let Some(id) = pending.pop() {
-        let operands = sign_operands(e, id).map(|(_, operands)| operands);
+        let operands = sign_operands(e, id).map(|it| it.operands);
         let operands = operands.into_iter().flatten();
         pending.extend(operands.filter(|&operand| reached.insert(operand)));
     }
@@ -152,8 +168,17 @@ fn numbers_by_sign(e: &Expressions, number: ExprId) -> Vec<ExprId> {
     order
 }
 
-/// Returns the numbers from whose signs that of a number follows, and the operation on them, if any is needed.
-fn sign_operands(e: &Expressions, number: ExprId) -> Option<(Option<Op>, Vec<ExprId>)> {
+/// Numbers from whose signs that of a number follows.
+struct SignOperands {
+    /// Operation on them, if any is needed.
+    op: Option<Op>,
+    operands: Vec<ExprId>,
+    /// Factor that the number has beside that operation.
+    factor: f64,
+}
+
+/// Returns the numbers from whose signs that of a number follows.
+fn sign_operands(e: &Expressions, number: ExprId) -> Option<SignOperands> {
     let Expression::Apply { op, values, .. } = e.get(number) else {
         return None;
     };
@@ -162,18 +187,26 @@ fn sign_operands(e: &Expressions, number: ExprId) -> Option<(Option<Op>, Vec<Exp
     }
     let scaled = |operand: ExprId, factor: f64| {
         let op = (factor < 0.0).then_some(Op::Neg);
-        Some((op, vec![operand]))
+        Some(SignOperands {
+            op,
+            operands: vec![operand],
+            factor,
+        })
+    };
+    let unscaled = || SignOperands {
+        op: Some(*op),
+        operands: values.clone(),
+        factor: 1.0,
     };
     match (*op, values.as_slice()) {
-        (Op::Neg, _) => Some((Some(*op), values.to_vec())),
+        (Op::Neg, _) => Some(unscaled()),
         // A limit has its place beside the values of the other operand.
         (Op::Min | Op::Max, _) => {
             let has_limit = values.iter().any(|&id| e.stage(id) <= Stage::Uniform);
-            (!has_limit).then(|| (Some(*op), values.to_vec()))
+            (!has_limit).then(unscaled)
         }
-        (Op::Mul | Op::Div, &[a, b]) if let Some(factor) = constant_factor(e, b) => {
-            scaled(a, factor)
-        }
+        (Op::Mul, &[a, b]) if let Some(factor) = constant_factor(e, b) => scaled(a, factor),
+        (Op::Div, &[a, b]) if let Some(factor) = constant_factor(e, b) => scaled(a, factor.recip()),
         (Op::Mul, &[a, b]) => scaled(b, constant_factor(e, a)?),
         _ => None,
     }
@@ -186,11 +219,12 @@ fn constant_factor(e: &Expressions, id: ExprId) -> Option<f64> {
 }
 
 /// Returns a field with the same sign without the factors around it.
-fn without_outer_factors(e: &mut Expressions, number: ExprId, ranges: &ParamRanges) -> ExprId {
+fn without_outer_factors(e: &mut Expressions, number: ExprId, ranges: &ParamRanges) -> Reduced {
     if let Some([undefined, defined]) = parts_by_definedness(e, number) {
-        let defined = without_factors(e, defined, ranges);
+        let Reduced { number, least } = without_factors(e, defined, ranges);
         let outside = e.constant(NO_SURFACE_DISTANCE);
-        return e.call(Op::Select, &[undefined, outside, defined]);
+        let number = e.call(Op::Select, &[undefined, outside, number]);
+        return Reduced { number, least };
     }
     let mut factors = Factors::new(e, ranges, true);
     let mut rest = factors.remove(number, MAX_DEPTH);
@@ -201,16 +235,20 @@ fn without_outer_factors(e: &mut Expressions, number: ExprId, ranges: &ParamRang
         rest = factors.remove(number, MAX_DEPTH);
     }
     let Factors {
-        is_negated, live, ..
+        is_negated,
+        live,
+        mut least,
+        ..
     } = factors;
     if rest != number && sign_operands(e, rest).is_some() {
-        rest = without_factors(e, rest, ranges);
+        let reduced = without_factors(e, rest, ranges);
+        (rest, least) = (reduced.number, least * reduced.least);
     }
     let value = match is_negated {
         true => e.call(Op::Neg, &[rest]),
         false => rest,
     };
-    live.into_iter().fold(value, |value, factor| {
+    let number = live.into_iter().fold(value, |value, factor| {
         let value = match factor.may_be_negative {
             true => {
                 let sign = e.call(Op::Sign, &[factor.number]);
@@ -219,7 +257,8 @@ fn without_outer_factors(e: &mut Expressions, number: ExprId, ranges: &ParamRang
             false => value,
         };
         outside_at_zero(e, value, factor.number)
-    })
+    });
+    Reduced { number, least }
 }
 
 /// Returns the value, and a distance without a surface if a factor of the field is zero. Then the field is zero, too.
@@ -245,6 +284,8 @@ struct Factors<'a> {
     ranges: &'a ParamRanges,
     /// Set if the product of the constant ones is negative.
     is_negated: bool,
+    /// Smallest magnitude of the product.
+    least: f64,
     /// Set if live ones are removed, too.
     takes_live: bool,
     /// Live ones that may be zero.
@@ -264,6 +305,7 @@ impl<'a> Factors<'a> {
             e,
             ranges,
             is_negated: false,
+            least: 1.0,
             takes_live,
             live: Vec::new(),
             leaves: HashSet::new(),
@@ -348,9 +390,15 @@ impl<'a> Factors<'a> {
         }
         match self.e.as_constant(factor) {
             Some(_) => {
-                let factor = constant_factor(self.e, factor);
-                self.is_negated ^= factor.is_some_and(|factor| factor < 0.0);
-                factor.is_some()
+                let Some(factor) = constant_factor(self.e, factor) else {
+                    return false;
+                };
+                self.is_negated ^= factor < 0.0;
+                self.least *= match op {
+                    Op::Div => factor.abs().recip(),
+                    _ => factor.abs(),
+                };
+                true
             }
             None => {
                 let range = self.ranges.number(self.e, factor);
@@ -359,6 +407,10 @@ impl<'a> Factors<'a> {
                     self.leaves.extend(leaves(self.e, factor));
                     let may_be_zero = range.lo <= 0.0 && range.hi >= 0.0;
                     self.is_negated ^= range.hi < 0.0;
+                    self.least *= match may_be_zero {
+                        true => 0.0,
+                        false => range.lo.abs().min(range.hi.abs()),
+                    };
                     self.live.extend(may_be_zero.then_some(LiveFactor {
                         number: factor,
                         may_be_negative: range.lo < 0.0,

@@ -28,8 +28,8 @@ pub(super) struct Limit {
     pub(super) range: Interval,
 }
 
-/// Maximum number of operands of minima that are contracted one by one.
-const MAX_OPERANDS: usize = 64;
+/// Maximum number of choices among operands of minima.
+const MAX_CHOICES: usize = 64;
 
 /// Returns the part of a box outside of which a number is proved to be positive.
 pub(super) fn contracted_to_negative(
@@ -38,22 +38,45 @@ pub(super) fn contracted_to_negative(
     bounds: &Bounds,
     uniform: &mut dyn FnMut(ExprId) -> Interval,
 ) -> Bounds {
-    // A minimum is negative where any operand is.
-    let (mut operands, mut pending) = (Vec::new(), vec![number]);
-    while let Some(id) = pending.pop() {
-        match expressions.operands_of(id, Op::Min) {
-            Some(values) if operands.len() + pending.len() < MAX_OPERANDS => pending.extend(values),
-            _ => operands.push(id),
-        }
-    }
     let range = Interval {
         lo: f64::NEG_INFINITY,
         hi: 0.0,
     };
-    operands.into_iter().fold(Bounds::EMPTY, |hull, number| {
-        let limit = Limit { number, range };
-        hull.hull(&contracted(expressions, &[limit], bounds, uniform))
-    })
+    let limits = |numbers: &[ExprId]| -> Vec<Limit> {
+        let numbers = numbers.iter();
+        numbers.map(|&number| Limit { number, range }).collect()
+    };
+    choices(expressions, number)
+        .iter()
+        .fold(Bounds::EMPTY, |hull, numbers| {
+            hull.hull(&contracted(expressions, &limits(numbers), bounds, uniform))
+        })
+}
+
+/// Returns lists of numbers. Where a number is negative, all numbers of one list are: a minimum is negative where any operand
+/// is, and a maximum where both are.
+fn choices(e: &Expressions, number: ExprId) -> Vec<Vec<ExprId>> {
+    let (mut complete, mut pending) = (Vec::new(), vec![(Vec::new(), vec![number])]);
+    while let Some((mut chosen, mut open)) = pending.pop() {
+        let Some(id) = open.pop() else {
+            complete.push(chosen);
+            continue;
+        };
+        let has_room = complete.len() + pending.len() + 2 <= MAX_CHOICES;
+        match (e.operands_of(id, Op::Min), e.operands_of(id, Op::Max)) {
+            (Some(operands), _) if has_room => {
+                for &operand in operands {
+                    let open = open.iter().copied().chain([operand]);
+                    pending.push((chosen.clone(), open.collect()));
+                }
+                continue;
+            }
+            (_, Some(operands)) => open.extend(operands),
+            _ => chosen.push(id),
+        }
+        pending.push((chosen, open));
+    }
+    complete
 }
 
 /// Returns the part of a box outside of which a number is proved to exceed its limit.
@@ -188,8 +211,9 @@ impl Contraction<'_> {
             (Op::Sqrt, &[a]) => self.limit(a, up_to(y.hi * y.hi)),
             (Op::Exp, &[a]) => self.limit(a, up_to(y.hi.ln())),
             (Op::Max, &[a, b]) => {
+                let highest = up_to(y.hi);
                 for (one, other) in [(a, b), (b, a)] {
-                    self.limit(one, up_to(y.hi));
+                    self.limit(one, highest);
                     if self.range(other).hi < y.lo {
                         self.limit(one, from(y.lo));
                     }
@@ -252,28 +276,54 @@ impl Contraction<'_> {
 mod tests {
     use super::*;
 
-    /// The point at which a sum of rounded terms is zero stays in the box.
+    fn contracted_box(e: &Expressions, number: ExprId) -> Bounds {
+        contracted_to_negative(e, number, &Bounds::ALL_SPACE, &mut |id| {
+            Interval::point(e.as_constant(id).unwrap_or(f64::NAN))
+        })
+    }
+
+    /// A point at which a rounded exponential is zero stays in the box.
     #[test]
     fn rounding_leaves_the_last_point_in_the_box() {
         for number in 1..400 {
-            let radius = f64::from(number) * 0.0137;
+            let end = f64::from(number) * 0.137;
             let mut e = Expressions::default();
             let x = e.coordinate(0);
-            let [factor, shift] = [0.1, 0.3].map(|v| e.constant(v));
-            let scaled = e.call(Op::Mul, &[x, factor]);
-            let square = e.call(Op::Square, &[scaled]);
-            let sum = e.call(Op::Add, &[square, shift]);
-            let at_radius = (radius * 0.1) * (radius * 0.1) + 0.3;
-            let limit = e.constant(at_radius);
-            let value = e.call(Op::Sub, &[sum, limit]);
-            let bounds = contracted_to_negative(&e, value, &Bounds::ALL_SPACE, &mut |id| {
-                Interval::point(e.as_constant(id).unwrap_or(f64::NAN))
-            });
-            assert!(
-                bounds.max[0] >= radius && bounds.min[0] <= -radius,
-                "{radius}: {bounds:?}"
-            );
-            assert!(bounds.max[0] < radius * 1.01, "{radius}: {bounds:?}");
+            let exponential = e.call(Op::Exp, &[x]);
+            let limit = e.constant(end.exp());
+            let value = e.call(Op::Sub, &[exponential, limit]);
+            let bounds = contracted_box(&e, value);
+            assert!(bounds.max[0] >= end, "{end}: {bounds:?}");
+            assert!(bounds.max[0] < end * 1.01, "{end}: {bounds:?}");
+        }
+    }
+
+    /// With equal signs of the sines, lengths change: at a height of 0.5, such a square reaches to 1.25.
+    #[test]
+    fn a_map_that_changes_lengths_is_no_rotation() {
+        for (sign, reach) in [(Op::Add, 1.2), (Op::Sub, 0.7)] {
+            let mut e = Expressions::default();
+            let [x, y, z] = [0, 1, 2].map(|axis| e.coordinate(axis));
+            let [cos, sin] = [Op::Cos, Op::Sin].map(|op| e.call(op, &[y]));
+            let mut product = |a, b| e.call(Op::Mul, &[a, b]);
+            let [xc, xs, zc, zs] = [
+                product(x, cos),
+                product(x, sin),
+                product(z, cos),
+                product(z, sin),
+            ];
+            let [first, second] = [e.call(Op::Add, &[xc, zs]), e.call(sign, &[zc, xs])];
+            let half = e.constant(0.5);
+            let mut outside = |number| {
+                let magnitude = e.call(Op::Abs, &[number]);
+                e.call(Op::Sub, &[magnitude, half])
+            };
+            let [first, second, height] = [outside(first), outside(second), outside(y)];
+            let square = e.call(Op::Max, &[first, second]);
+            let value = e.call(Op::Max, &[square, height]);
+            let bounds = contracted_box(&e, value);
+            assert!(bounds.max[0] >= reach, "{bounds:?}");
+            assert_eq!(bounds.max[0].is_finite(), sign == Op::Sub, "{bounds:?}");
         }
     }
 }

@@ -19,12 +19,37 @@ pub(super) struct Rotation {
 }
 
 /// A term `factor * number * cos(angle)`, or the same with `sin`.
-#[derive(Clone, Copy)]
+#[derive(Clone)]
 struct TurnedTerm {
     factor: f64,
     number: ExprId,
     op: Op,
-    angle: ExprId,
+    angle: Angle,
+}
+
+/// Angle as a sum of multiples, in the order of their numbers and with a positive first one.
+#[derive(Clone, PartialEq)]
+struct Angle {
+    terms: Vec<Term>,
+    constant: f64,
+}
+
+impl Angle {
+    /// Returns an angle with its sign; `None` if it has too many terms.
+    fn of(e: &Expressions, number: ExprId) -> Option<(Self, f64)> {
+        let Sum {
+            mut terms,
+            constant,
+        } = Sum::of(e, number)?;
+        terms.sort_by_key(|term| term.number);
+        let is_negative = terms.first().is_some_and(|term| term.factor < 0.0);
+        let sign = if is_negative { -1.0 } else { 1.0 };
+        for term in &mut terms {
+            term.factor *= sign;
+        }
+        let constant = constant * sign;
+        Some((Self { terms, constant }, sign))
+    }
 }
 
 /// Returns the rotations among numbers. Those of the last numbers come first.
@@ -35,7 +60,7 @@ pub(super) fn rotations(e: &Expressions, numbers: &[ExprId]) -> Vec<Rotation> {
     let mut result = Vec::new();
     for (index, (second, second_terms)) in turned.iter().enumerate() {
         for (first, first_terms) in &turned[..index] {
-            let rotated = rotated_numbers(*first_terms, *second_terms);
+            let rotated = rotated_numbers(first_terms.clone(), second_terms.clone());
             result.extend(rotated.map(|(from, scale)| Rotation {
                 from,
                 to: [*first, *second],
@@ -53,16 +78,17 @@ fn rotated_numbers([a, b]: [TurnedTerm; 2], second: [TurnedTerm; 2]) -> Option<(
     // Each number has the other function of the same angle in the second sum.
     let is_partner =
         |one: &TurnedTerm, other: &TurnedTerm| one.number == other.number && one.op != other.op;
-    let [c, d] = match is_partner(&a, &second[0]) && is_partner(&b, &second[1]) {
-        true => second,
-        false => [second[1], second[0]],
+    let [c, d] = match (
+        is_partner(&a, &second[0]) && is_partner(&b, &second[1]),
+        second,
+    ) {
+        (true, second) => second,
+        (false, [c, d]) => [d, c],
     };
-    let terms = [a, b, c, d];
     let is_rotation = is_partner(&a, &c)
         && is_partner(&b, &d)
         && a.op != b.op
-        && terms.iter().all(|term| term.angle == a.angle)
-        && terms.iter().all(is_scaled)
+        && [&b, &c, &d].iter().all(|term| term.angle == a.angle && is_scaled(term))
         // Columns of a rotation are at right angles.
         && a.factor * b.factor * c.factor * d.factor < 0.0;
     is_rotation.then_some(([a.number, b.number], scale))
@@ -88,7 +114,12 @@ fn turned_term(e: &Expressions, term: Term) -> Option<TurnedTerm> {
     let &[a, b] = e.operands_of(term.number, Op::Mul)? else {
         return None;
     };
+    let without_sign = |number: ExprId| match e.operands_of(number, Op::Neg) {
+        Some(&[inner]) => (inner, -1.0),
+        _ => (number, 1.0),
+    };
     [[a, b], [b, a]].into_iter().find_map(|[number, turn]| {
+        let ((number, sign), (turn, turn_sign)) = (without_sign(number), without_sign(turn));
         let Expression::Apply {
             op: op @ (Op::Sin | Op::Cos),
             values,
@@ -97,15 +128,13 @@ fn turned_term(e: &Expressions, term: Term) -> Option<TurnedTerm> {
         else {
             return None;
         };
-        let (number, factor) = match e.operands_of(number, Op::Neg) {
-            Some(&[inner]) => (inner, -term.factor),
-            _ => (number, term.factor),
-        };
+        let (angle, angle_sign) = Angle::of(e, *values.first()?)?;
+        let angle_sign = if *op == Op::Sin { angle_sign } else { 1.0 };
         Some(TurnedTerm {
-            factor,
+            factor: term.factor * sign * turn_sign * angle_sign,
             number,
             op: *op,
-            angle: *values.first()?,
+            angle,
         })
     })
 }

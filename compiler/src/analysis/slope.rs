@@ -27,7 +27,7 @@ use search::{SlopeSearch, SubBox, contains};
 use std::collections::BinaryHeap;
 
 pub(crate) use discontinuities::{SlopeScope, has_discontinuities};
-pub(crate) use shapes::{RefutedSlope, ShapeSlopes, StatedSlope, margin, near_region};
+pub(crate) use shapes::{RefutedSlope, ShapeSlopes, WrittenField, margin, near_region};
 
 /// Maximum number of operations for the bounds of a scene; one bound takes at most half of the
 /// remaining ones.
@@ -330,22 +330,6 @@ fn slope_samples(
         slopes.sort_by(f64::total_cmp);
         slopes
     })
-}
-
-/// Reports whether a close bound of a number's slope is found in a region, or in a large box where the region is infinite.
-pub(crate) fn has_close_bound(
-    expressions: &Expressions,
-    number: ExprId,
-    region: &Bounds,
-    ranges: &ParamRanges,
-) -> bool {
-    let region = match region.is_finite() {
-        true => near_region(region),
-        false => Bounds::centred([BOUNDED_BOX_SIZE; 3]),
-    };
-    let budget = &mut Budget::default();
-    let found = slope_bound(expressions, &[number], &region, None, ranges, budget);
-    found.is_some_and(|found| found.is_close)
 }
 
 /// Reports whether the slope of a number has a bound in a large box around the origin.

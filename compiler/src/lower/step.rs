@@ -9,8 +9,8 @@ use crate::analysis::definedness::parts_by_definedness;
 use crate::analysis::param_ranges::ParamRanges;
 use crate::analysis::shape_range::ShapeRange;
 use crate::analysis::slope::{
-    CappedField, MAX_SLOPE, RefutedSlope, SlopeScope, StatedSlope, has_discontinuities,
-    is_unmarchable, margin, near_region,
+    CappedField, MAX_SLOPE, RefutedSlope, SlopeScope, has_discontinuities, is_unmarchable, margin,
+    near_region,
 };
 use crate::analysis::visible_bounds::farthest;
 use crate::elaborate::{field_without_inside, format_short};
@@ -471,7 +471,10 @@ impl Lowering<'_> {
     /// Warns of declared slopes of a shape and of those below it that do not hold, even where no bound is
     /// used.
     pub(super) fn warn_refuted_slopes(&mut self, root: ShapeId) {
-        let mut declared = self.slopes.dropped().to_vec();
+        let written = self.slopes.written_fields().iter();
+        let mut declared: Vec<(ShapeId, ExprId, ExprId)> = written
+            .filter_map(|it| Some((it.shape, it.value, it.slope?)))
+            .collect();
         self.find_shape(root, |id, kind| {
             if let ShapeKind::Field {
                 value,
@@ -479,17 +482,14 @@ impl Lowering<'_> {
                 ..
             } = kind
             {
-                declared.push(StatedSlope {
-                    shape: id,
-                    value: *value,
-                    slope: *slope,
-                });
+                declared.push((id, *value, *slope));
             }
             false
         });
-        for stated in declared {
+        for (id, value, slope) in declared {
             let scene_ref = SceneRef::from(&*self.scene);
-            self.slopes.find_refutation(scene_ref, self.boxes, stated);
+            self.slopes
+                .find_refutation(scene_ref, self.boxes, (id, value), slope);
         }
         for (id, refuted) in self.slopes.refuted_slopes() {
             let RefutedSlope {

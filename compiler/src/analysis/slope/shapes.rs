@@ -44,8 +44,8 @@ pub(crate) struct ShapeSlopes {
     is_estimating: bool,
     /// About half the size of the visible scene.
     size: f64,
-    /// Stated slopes that nothing uses.
-    dropped: Vec<StatedSlope>,
+    /// Fields that have changed since they were written.
+    written: Vec<WrittenField>,
     /// Fields whose declared bound was tested, with a counterexample if there is one.
     tested: HashMap<ShapeId, Option<RefutedSlope>>,
     /// Values by which rays march on fields without a bound, by the corners of their region.
@@ -86,19 +86,21 @@ fn corners(region: &Bounds) -> [u64; 6] {
     [x, y, z, u, v, w]
 }
 
-/// A stated slope of a field, with the value as written.
+/// Field that has changed since it was written.
 #[derive(Clone, Copy)]
-pub(crate) struct StatedSlope {
+pub(crate) struct WrittenField {
     pub(crate) shape: ShapeId,
+    /// The value as written.
     pub(crate) value: ExprId,
-    pub(crate) slope: ExprId,
+    /// The stated bound of its slope.
+    pub(crate) slope: Option<ExprId>,
 }
 
 impl ShapeSlopes {
-    /// Returns a cache for a scene of about twice a size. `dropped` are stated slopes that nothing uses.
-    pub(crate) fn new(scene: SceneRef<'_>, size: f64, dropped: Vec<StatedSlope>) -> Self {
+    /// Returns a cache for a scene of about twice a size. `written` are the fields that have changed since they were written.
+    pub(crate) fn new(scene: SceneRef<'_>, size: f64, written: Vec<WrittenField>) -> Self {
         Self {
-            dropped,
+            written,
             ranges: ParamRanges::for_scene(scene),
             budget: Budget::default(),
             constant_bounds: HashMap::new(),
@@ -119,9 +121,14 @@ impl ShapeSlopes {
         }
     }
 
-    /// Returns the stated slopes that nothing uses.
-    pub(crate) fn dropped(&self) -> &[StatedSlope] {
-        &self.dropped
+    /// Returns the fields that have changed since they were written.
+    pub(crate) fn written_fields(&self) -> &[WrittenField] {
+        &self.written
+    }
+
+    /// Returns a field as written, if it has changed.
+    fn written_field(&self, id: ShapeId) -> Option<&WrittenField> {
+        self.written.iter().find(|it| it.shape == id)
     }
 
     /// Returns about half the size of the visible scene.
@@ -324,12 +331,7 @@ impl ShapeSlopes {
                 let Some(slope) = slope.filter(|_| is_used) else {
                     return bound;
                 };
-                let stated = StatedSlope {
-                    shape: id,
-                    value: *value,
-                    slope,
-                };
-                match self.find_refutation(scene, boxes, stated) {
+                match self.find_refutation(scene, boxes, (id, *value), slope) {
                     Some(_) => bound,
                     None if self.covers_region(scene, boxes, id, region) => {
                         bound.min(self.range(scene, slope).hi)
@@ -405,17 +407,14 @@ impl ShapeSlopes {
         &mut self,
         scene: SceneRef<'_>,
         boxes: &mut ShapeBounds,
-        stated: StatedSlope,
+        (id, value): (ShapeId, ExprId),
+        slope: ExprId,
     ) -> Option<RefutedSlope> {
-        let StatedSlope {
-            shape: id,
-            value,
-            slope,
-        } = stated;
         if let Some(cached) = self.tested.get(&id) {
             return *cached;
         }
-        let declared = self.range(scene, slope).hi;
+        let stated = self.written_field(id).and_then(|written| written.slope);
+        let declared = self.range(scene, stated.unwrap_or(slope)).hi;
         let refuted = self
             .steepest_near(scene, boxes, id, value)
             .filter(|(slope, _)| *slope > declared * MIN_REFUTING_RATIO)
@@ -428,7 +427,7 @@ impl ShapeSlopes {
         refuted
     }
 
-    /// Returns the greatest slope of a field's value at points sampled near its shape, and its point.
+    /// Returns the greatest slope of a field's value as written, at points sampled near its shape, and its point.
     pub(crate) fn steepest_near(
         &self,
         scene: SceneRef<'_>,
@@ -436,6 +435,9 @@ impl ShapeSlopes {
         id: ShapeId,
         value: ExprId,
     ) -> Option<(f64, [f64; 3])> {
+        let value = self
+            .written_field(id)
+            .map_or(value, |written| written.value);
         let region = self.sampled_region(&near_region(&boxes.get(scene, id)));
         steepest_sample(scene.expressions, &[value], &region, &self.ranges)
     }
