@@ -15,6 +15,8 @@ use crate::scene::{NO_SURFACE_DISTANCE, Scene, ShapeId, ShapeKind, children};
 use crate::sublevel::without_plateaus;
 use crate::uniforms::postorder;
 use sdfc_lang::Diagnostic;
+use sdfc_vm::interval::Interval;
+use sdfc_vm::real::Real;
 use sdfc_vm::table::Op;
 use std::collections::{HashMap, HashSet};
 
@@ -28,9 +30,11 @@ pub(crate) struct RemovedFactors {
 }
 
 /// Removes the factors of all fields whose sign alone counts, and odd functions around them. `uses` are those of the shapes
-/// that are drawn ([`uses_below`]). A stated slope is divided by the least factor.
-/// The written value is at least that factor times the rest, so this is the radius of an empty sphere. It says nothing about a field without its odd functions. A field that has lost its live factors gets the box that others have from the start. One that
-/// is negative nowhere is no shape.
+/// that are drawn ([`uses_below`]).
+///
+/// A stated slope is divided by the least factor. The written value is at least that factor times the rest, so the rest is
+/// still the radius of an empty sphere. A statement says nothing about a field without its odd functions. A field that has
+/// lost its live factors gets the box that others have from the start. One that is negative nowhere is no shape.
 pub(crate) fn remove_factors(
     scene: &mut Scene,
     uses: &HashSet<(ShapeId, bool)>,
@@ -286,6 +290,8 @@ struct Factors<'a> {
     is_negated: bool,
     /// Smallest magnitude of the product.
     least: f64,
+    /// Set while factors of a divisor are removed.
+    is_in_divisor: bool,
     /// Set if live ones are removed, too.
     takes_live: bool,
     /// Live ones that may be zero.
@@ -306,6 +312,7 @@ impl<'a> Factors<'a> {
             ranges,
             is_negated: false,
             least: 1.0,
+            is_in_divisor: false,
             takes_live,
             live: Vec::new(),
             leaves: HashSet::new(),
@@ -327,7 +334,10 @@ impl<'a> Factors<'a> {
             (Op::Mul, &[a, b]) if self.take(a, op) => self.remove(b, depth - 1),
             (Op::Mul | Op::Div, &[a, b]) if self.take(b, op) => self.remove(a, depth - 1),
             (Op::Mul | Op::Div, &[a, b]) => {
-                let operands = [a, b].map(|operand| self.remove(operand, depth - 1));
+                let first = self.remove(a, depth - 1);
+                self.is_in_divisor ^= op == Op::Div;
+                let operands = [first, self.remove(b, depth - 1)];
+                self.is_in_divisor ^= op == Op::Div;
                 match operands == [a, b] {
                     true => number,
                     false => self.e.call(op, &operands),
@@ -383,6 +393,16 @@ impl<'a> Factors<'a> {
         }
     }
 
+    /// Notes the smallest and the largest magnitude of a factor or divisor that is removed.
+    fn include(&mut self, [smallest, largest]: [f64; 2], op: Op) {
+        let is_divisor = (op == Op::Div) ^ self.is_in_divisor;
+        self.least *= if is_divisor {
+            largest.recip()
+        } else {
+            smallest
+        };
+    }
+
     /// Removes a uniform factor or divisor, and reports whether it can be.
     fn take(&mut self, factor: ExprId, op: Op) -> bool {
         if self.e.stage(factor) > Stage::Uniform {
@@ -394,10 +414,7 @@ impl<'a> Factors<'a> {
                     return false;
                 };
                 self.is_negated ^= factor < 0.0;
-                self.least *= match op {
-                    Op::Div => factor.abs().recip(),
-                    _ => factor.abs(),
-                };
+                self.include([factor.abs(); 2], op);
                 true
             }
             None => {
@@ -407,10 +424,8 @@ impl<'a> Factors<'a> {
                     self.leaves.extend(leaves(self.e, factor));
                     let may_be_zero = range.lo <= 0.0 && range.hi >= 0.0;
                     self.is_negated ^= range.hi < 0.0;
-                    self.least *= match may_be_zero {
-                        true => 0.0,
-                        false => range.lo.abs().min(range.hi.abs()),
-                    };
+                    let Interval { lo, hi } = range.abs();
+                    self.include([lo, hi], op);
                     self.live.extend(may_be_zero.then_some(LiveFactor {
                         number: factor,
                         may_be_negative: range.lo < 0.0,

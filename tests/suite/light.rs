@@ -302,7 +302,7 @@ fn thin_parts_of_fields_with_stated_slopes_are_drawn() {
     };
     let ball = "0.1 * (length(p - vec3(0, 0.4, 0)) - 0.4 + 0.2 * p.x * p.z / length(p.xz))";
     let shelf =
-        "0.1 * (80 + 10 * p.x * p.x) * max(abs(p.y + 0.6) - 0.01, max(abs(p.x), abs(p.z)) - 0.9)";
+        "0.1 * (80 + p.x * p.x) * max(abs(p.y + 0.6) - 0.01, max(abs(p.x), abs(p.z)) - 0.9)";
     let stated = |slope: f64| {
         scene(&format!(
             "field(fn(p) => min({ball}, {shelf}), lipschitz: {slope})"
@@ -317,7 +317,7 @@ fn thin_parts_of_fields_with_stated_slopes_are_drawn() {
     for (kind, cells, slope) in kinds.into_iter().flat_map(|kind| {
         [CellMode::Auto, CellMode::Never]
             .into_iter()
-            .flat_map(move |cells| [(kind, cells, 12.0), (kind, cells, 40.0)])
+            .flat_map(move |cells| [(kind, cells, 8.6), (kind, cells, 40.0)])
     }) {
         let mut engine = open(kind).unwrap_or_else(|error| panic!("{kind}: {error}"));
         let options = DrawOptions {

@@ -18,6 +18,8 @@ use std::collections::{BTreeSet, HashMap};
 const MAX_PASSES: usize = 8;
 /// Maximum fraction of a side that a pass leaves for another one to follow.
 const MAX_REMAINING_FRACTION: f64 = 0.99;
+/// Maximum number of choices among operands of minima.
+const MAX_CHOICES: usize = 64;
 /// Growth of a limit, relative to its magnitude, for rounding.
 const ROUNDING: f64 = 1e-12;
 
@@ -28,14 +30,12 @@ pub(super) struct Limit {
     pub(super) range: Interval,
 }
 
-/// Maximum number of choices among operands of minima.
-const MAX_CHOICES: usize = 64;
-
-/// Returns the part of a box outside of which a number is proved to be positive.
+/// Returns the part of a box outside of which a number is proved to be positive. It runs at most `operations` operations.
 pub(super) fn contracted_to_negative(
     expressions: &Expressions,
     number: ExprId,
     bounds: &Bounds,
+    operations: usize,
     uniform: &mut dyn FnMut(ExprId) -> Interval,
 ) -> Bounds {
     let range = Interval {
@@ -46,23 +46,28 @@ pub(super) fn contracted_to_negative(
         let numbers = numbers.iter();
         numbers.map(|&number| Limit { number, range }).collect()
     };
-    choices(expressions, number)
+    let mut contraction = Contraction::new(expressions, &[number], uniform);
+    let max_choices = operations / (MAX_PASSES * contraction.order.len().max(1));
+    if max_choices == 0 {
+        return *bounds;
+    }
+    choices(expressions, number, max_choices.min(MAX_CHOICES))
         .iter()
         .fold(Bounds::EMPTY, |hull, numbers| {
-            hull.hull(&contracted(expressions, &limits(numbers), bounds, uniform))
+            hull.hull(&contraction.contracted(&limits(numbers), bounds))
         })
 }
 
 /// Returns lists of numbers. Where a number is negative, all numbers of one list are: a minimum is negative where any operand
 /// is, and a maximum where both are.
-fn choices(e: &Expressions, number: ExprId) -> Vec<Vec<ExprId>> {
+fn choices(e: &Expressions, number: ExprId, max_choices: usize) -> Vec<Vec<ExprId>> {
     let (mut complete, mut pending) = (Vec::new(), vec![(Vec::new(), vec![number])]);
     while let Some((mut chosen, mut open)) = pending.pop() {
         let Some(id) = open.pop() else {
             complete.push(chosen);
             continue;
         };
-        let has_room = complete.len() + pending.len() + 2 <= MAX_CHOICES;
+        let has_room = complete.len() + pending.len() + 2 <= max_choices;
         match (e.operands_of(id, Op::Min), e.operands_of(id, Op::Max)) {
             (Some(operands), _) if has_room => {
                 for &operand in operands {
@@ -79,50 +84,69 @@ fn choices(e: &Expressions, number: ExprId) -> Vec<Vec<ExprId>> {
     complete
 }
 
-/// Returns the part of a box outside of which a number is proved to exceed its limit.
-pub(super) fn contracted(
-    expressions: &Expressions,
-    limits: &[Limit],
-    bounds: &Bounds,
-    uniform: &mut dyn FnMut(ExprId) -> Interval,
-) -> Bounds {
-    let mut numbers = Vec::new();
-    let mut order = BTreeSet::new();
-    for limit in limits {
-        let operands = postorder(expressions, limit.number, |_| false);
-        order.extend(operands.iter().copied());
-        let number = BoxNumber::<Interval>::new(expressions, limit.number, &mut |id| {
-            UniformInput::Known(uniform(id))
+/// Numbers through whose operations limits are passed.
+pub(super) struct Contraction<'e> {
+    e: &'e Expressions,
+    /// Numbers, each with its operands in the order of evaluation.
+    numbers: Vec<(BoxNumber<Interval>, Vec<ExprId>)>,
+    /// All operands, before their users.
+    order: Vec<ExprId>,
+    rotations: Vec<Rotation>,
+}
+
+impl<'e> Contraction<'e> {
+    pub(super) fn new(
+        e: &'e Expressions,
+        numbers: &[ExprId],
+        uniform: &mut dyn FnMut(ExprId) -> Interval,
+    ) -> Self {
+        let mut order = BTreeSet::new();
+        let numbers = numbers.iter().map(|&id| {
+            let operands = postorder(e, id, |_| false);
+            order.extend(operands.iter().copied());
+            let number = BoxNumber::new(e, id, &mut |id| UniformInput::Known(uniform(id)));
+            (number, operands)
         });
-        numbers.push((number, operands));
+        let numbers = numbers.collect();
+        let order: Vec<ExprId> = order.into_iter().collect();
+        Self {
+            e,
+            numbers,
+            rotations: rotations(e, &order),
+            order,
+        }
     }
-    let order: Vec<ExprId> = order.into_iter().collect();
-    let mut contraction = Contraction {
-        e: expressions,
-        rotations: rotations(expressions, &order),
-        ranges: HashMap::new(),
-    };
-    let mut bounds = *bounds;
-    for _ in 0..MAX_PASSES {
-        for (number, operands) in &mut numbers {
-            for (&id, &range) in operands.iter().zip(number.eval_all(&bounds, &[])) {
-                contraction.limit(id, range);
+
+    /// Returns the part of a box outside of which a number or an operand is proved to exceed its limit.
+    pub(super) fn contracted(&mut self, limits: &[Limit], bounds: &Bounds) -> Bounds {
+        let mut limited = LimitedRanges {
+            e: self.e,
+            ranges: HashMap::new(),
+        };
+        let mut bounds = *bounds;
+        for _ in 0..MAX_PASSES {
+            for (number, operands) in &mut self.numbers {
+                for (&id, &range) in operands.iter().zip(number.eval_all(&bounds, &[])) {
+                    limited.limit(id, range);
+                }
             }
+            for &Limit { number, range } in limits {
+                limited.limit(number, range);
+            }
+            for &id in self.order.iter().rev() {
+                limited.limit_operands(id);
+            }
+            for rotation in &self.rotations {
+                limited.limit_rotated(rotation);
+            }
+            let contracted = limited.bounds(&self.order, &bounds);
+            if contracted.is_empty() || !is_smaller(&contracted, &bounds) {
+                break;
+            }
+            bounds = contracted;
         }
-        for &Limit { number, range } in limits {
-            contraction.limit(number, range);
-        }
-        for &id in order.iter().rev() {
-            contraction.limit_operands(id);
-        }
-        contraction.limit_rotated();
-        let contracted = contraction.bounds(&order, &bounds);
-        if contracted.is_empty() || !is_smaller(&contracted, &bounds) {
-            break;
-        }
-        bounds = contracted;
+        bounds
     }
-    bounds
 }
 
 /// Reports whether a side of a box has become shorter by a part that matters.
@@ -135,14 +159,13 @@ fn is_smaller(contracted: &Bounds, bounds: &Bounds) -> bool {
     })
 }
 
-struct Contraction<'e> {
+/// Ranges of numbers where all limits hold.
+struct LimitedRanges<'e> {
     e: &'e Expressions,
-    rotations: Vec<Rotation>,
-    /// Ranges of numbers where all limits hold.
     ranges: HashMap<ExprId, Interval>,
 }
 
-impl Contraction<'_> {
+impl LimitedRanges<'_> {
     fn range(&self, id: ExprId) -> Interval {
         self.ranges.get(&id).copied().unwrap_or(Interval::ALL)
     }
@@ -238,22 +261,20 @@ impl Contraction<'_> {
         }
     }
 
-    /// Limits pairs of numbers by the length of what they are rotated to.
-    fn limit_rotated(&mut self) {
-        for index in 0..self.rotations.len() {
-            let Rotation { from, to, scale } = self.rotations[index];
-            let [a, b] = to.map(|id| self.range(id).magnitude());
-            let radius = a.hypot(b) / scale;
-            if radius.is_finite() {
-                for id in from {
-                    self.limit(
-                        id,
-                        Interval {
-                            lo: -radius,
-                            hi: radius,
-                        },
-                    );
-                }
+    /// Limits both numbers by the length of what they are rotated to.
+    fn limit_rotated(&mut self, rotation: &Rotation) {
+        let &Rotation { from, to, scale } = rotation;
+        let [a, b] = to.map(|id| self.range(id).magnitude());
+        let radius = a.hypot(b) / scale;
+        if radius.is_finite() {
+            for id in from {
+                self.limit(
+                    id,
+                    Interval {
+                        lo: -radius,
+                        hi: radius,
+                    },
+                );
             }
         }
     }
@@ -277,22 +298,28 @@ mod tests {
     use super::*;
 
     fn contracted_box(e: &Expressions, number: ExprId) -> Bounds {
-        contracted_to_negative(e, number, &Bounds::ALL_SPACE, &mut |id| {
+        contracted_to_negative(e, number, &Bounds::ALL_SPACE, 100_000, &mut |id| {
             Interval::point(e.as_constant(id).unwrap_or(f64::NAN))
         })
     }
 
-    /// A point at which a rounded exponential is zero stays in the box.
+    /// The last point whose rounded root is within a limit stays in the box.
     #[test]
     fn rounding_leaves_the_last_point_in_the_box() {
         for number in 1..400 {
             let end = f64::from(number) * 0.137;
             let mut e = Expressions::default();
             let x = e.coordinate(0);
-            let exponential = e.call(Op::Exp, &[x]);
-            let limit = e.constant(end.exp());
-            let value = e.call(Op::Sub, &[exponential, limit]);
-            let bounds = contracted_box(&e, value);
+            let root = e.call(Op::Sqrt, &[x]);
+            let limit = Limit {
+                number: root,
+                range: Interval {
+                    lo: 0.0,
+                    hi: end.sqrt(),
+                },
+            };
+            let mut contraction = Contraction::new(&e, &[root], &mut |_| Interval::ALL);
+            let bounds = contraction.contracted(&[limit], &Bounds::ALL_SPACE);
             assert!(bounds.max[0] >= end, "{end}: {bounds:?}");
             assert!(bounds.max[0] < end * 1.01, "{end}: {bounds:?}");
         }

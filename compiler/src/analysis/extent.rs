@@ -17,7 +17,7 @@ const SEARCH_HALF_SIDE: f64 = 1e4;
 /// Largest distance from the origin to which a side moves without a cube, in units.
 const MAX_SIDE: f64 = 1e9;
 /// Maximum number of operations for one field.
-pub(crate) const MAX_OPERATIONS: usize = 600_000;
+pub(super) const MAX_OPERATIONS: usize = 600_000;
 /// Maximum number of boxes, at one time, that may hold a value of at most zero.
 const MAX_BOXES: usize = 1024;
 /// Boxes are halved until they are at most this fraction of their hull.
@@ -46,7 +46,7 @@ pub(crate) fn extent(
         unused,
         evaluations,
         &mut |bounds| number.eval(bounds, &[]),
-        &mut |bounds| contracted_to_negative(expressions, id, bounds, uniform),
+        &mut |bounds| contracted_to_negative(expressions, id, bounds, MAX_OPERATIONS, uniform),
     )
 }
 

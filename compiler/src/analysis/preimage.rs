@@ -1,7 +1,7 @@
 //! Preimages of boxes under the maps that a scene writes.
 
 use crate::analysis::box_eval::{AxisDependence, BoxNumber, UniformInput};
-use crate::analysis::contraction::{Limit, contracted};
+use crate::analysis::contraction::{Contraction, Limit};
 use crate::analysis::extent::{MAX_OPERATIONS, search_extent};
 use crate::expression::{ExprId, Expressions};
 use sdfc_vm::bounds::Bounds;
@@ -46,6 +46,6 @@ pub(crate) fn extent_of_preimage(
         }
     };
     search_extent(unused, MAX_OPERATIONS / cost, over, &mut |bounds| {
-        contracted(expressions, &limits, bounds, uniform)
+        Contraction::new(expressions, &map, uniform).contracted(&limits, bounds)
     })
 }
