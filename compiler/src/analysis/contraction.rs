@@ -12,7 +12,7 @@ use crate::uniforms::postorder;
 use sdfc_vm::bounds::Bounds;
 use sdfc_vm::interval::Interval;
 use sdfc_vm::table::Op;
-use std::collections::{BTreeSet, HashMap};
+use std::collections::{BTreeSet, HashMap, HashSet};
 
 /// Maximum number of passes over all numbers.
 const MAX_PASSES: usize = 8;
@@ -61,27 +61,46 @@ pub(super) fn contracted_to_negative(
 /// Returns lists of numbers. Where a number is negative, all numbers of one list are: a minimum is negative where any operand
 /// is, and a maximum where both are.
 fn choices(e: &Expressions, number: ExprId, max_choices: usize) -> Vec<Vec<ExprId>> {
-    let (mut complete, mut pending) = (Vec::new(), vec![(Vec::new(), vec![number])]);
-    while let Some((mut chosen, mut open)) = pending.pop() {
-        let Some(id) = open.pop() else {
-            complete.push(chosen);
+    let (mut complete, mut pending) = (Vec::new(), vec![Choice::default().with(number)]);
+    while let Some(mut choice) = pending.pop() {
+        let Some(id) = choice.open.pop() else {
+            complete.push(choice.chosen);
             continue;
         };
         let has_room = complete.len() + pending.len() + 2 <= max_choices;
         match (e.operands_of(id, Op::Min), e.operands_of(id, Op::Max)) {
             (Some(operands), _) if has_room => {
-                for &operand in operands {
-                    let open = open.iter().copied().chain([operand]);
-                    pending.push((chosen.clone(), open.collect()));
-                }
+                pending.extend(operands.iter().map(|&operand| choice.clone().with(operand)));
                 continue;
             }
-            (_, Some(operands)) => open.extend(operands),
-            _ => chosen.push(id),
+            (_, Some(operands)) => {
+                choice = operands.iter().fold(choice, |choice, &id| choice.with(id));
+            }
+            _ => choice.chosen.push(id),
         }
-        pending.push((chosen, open));
+        pending.push(choice);
     }
     complete
+}
+
+/// Numbers that are negative together.
+#[derive(Clone, Default)]
+struct Choice {
+    chosen: Vec<ExprId>,
+    /// Numbers whose operands are not yet regarded.
+    open: Vec<ExprId>,
+    /// All numbers that were open. Operands may be shared many times.
+    reached: HashSet<ExprId>,
+}
+
+impl Choice {
+    /// Adds a number that is negative, too.
+    fn with(mut self, id: ExprId) -> Self {
+        if self.reached.insert(id) {
+            self.open.push(id);
+        }
+        self
+    }
 }
 
 /// Numbers through whose operations limits are passed.
