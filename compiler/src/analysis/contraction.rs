@@ -25,7 +25,7 @@ const ROUNDING: f64 = 1e-12;
 
 /// Number of the point, and a range to which it is limited.
 #[derive(Clone, Copy)]
-pub(super) struct Limit {
+pub(super) struct NumberLimit {
     pub(super) number: ExprId,
     pub(super) range: Interval,
 }
@@ -42,9 +42,11 @@ pub(super) fn contracted_to_negative(
         lo: f64::NEG_INFINITY,
         hi: 0.0,
     };
-    let limits = |numbers: &[ExprId]| -> Vec<Limit> {
+    let limits = |numbers: &[ExprId]| -> Vec<NumberLimit> {
         let numbers = numbers.iter();
-        numbers.map(|&number| Limit { number, range }).collect()
+        numbers
+            .map(|&number| NumberLimit { number, range })
+            .collect()
     };
     let mut contraction = Contraction::new(expressions, &[number], uniform);
     let max_choices = operations / (MAX_PASSES * contraction.order.len().max(1));
@@ -61,7 +63,7 @@ pub(super) fn contracted_to_negative(
 /// Returns lists of numbers. Where a number is negative, all numbers of one list are: a minimum is negative where any operand
 /// is, and a maximum where both are.
 fn choices(e: &Expressions, number: ExprId, max_choices: usize) -> Vec<Vec<ExprId>> {
-    let (mut complete, mut pending) = (Vec::new(), vec![Choice::default().with(number)]);
+    let (mut complete, mut pending) = (Vec::new(), vec![NegativeSet::default().with(number)]);
     while let Some(mut choice) = pending.pop() {
         let Some(id) = choice.open.pop() else {
             complete.push(choice.chosen);
@@ -85,7 +87,7 @@ fn choices(e: &Expressions, number: ExprId, max_choices: usize) -> Vec<Vec<ExprI
 
 /// Numbers that are negative together.
 #[derive(Clone, Default)]
-struct Choice {
+struct NegativeSet {
     chosen: Vec<ExprId>,
     /// Numbers whose operands are not yet regarded.
     open: Vec<ExprId>,
@@ -93,7 +95,7 @@ struct Choice {
     reached: HashSet<ExprId>,
 }
 
-impl Choice {
+impl NegativeSet {
     /// Adds a number that is negative, too.
     fn with(mut self, id: ExprId) -> Self {
         if self.reached.insert(id) {
@@ -137,7 +139,7 @@ impl<'e> Contraction<'e> {
     }
 
     /// Returns the part of a box outside of which a number or an operand is proved to exceed its limit.
-    pub(super) fn contracted(&mut self, limits: &[Limit], bounds: &Bounds) -> Bounds {
+    pub(super) fn contracted(&mut self, limits: &[NumberLimit], bounds: &Bounds) -> Bounds {
         let mut limited = LimitedRanges {
             e: self.e,
             ranges: HashMap::new(),
@@ -149,7 +151,7 @@ impl<'e> Contraction<'e> {
                     limited.limit(id, range);
                 }
             }
-            for &Limit { number, range } in limits {
+            for &NumberLimit { number, range } in limits {
                 limited.limit(number, range);
             }
             for &id in self.order.iter().rev() {
@@ -330,7 +332,7 @@ mod tests {
             let mut e = Expressions::default();
             let x = e.coordinate(0);
             let root = e.call(Op::Sqrt, &[x]);
-            let limit = Limit {
+            let limit = NumberLimit {
                 number: root,
                 range: Interval {
                     lo: 0.0,

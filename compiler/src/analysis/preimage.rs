@@ -1,7 +1,7 @@
 //! Preimages of boxes under the maps that a scene writes.
 
 use crate::analysis::box_eval::{AxisDependence, BoxNumber, UniformInput};
-use crate::analysis::contraction::{Contraction, Limit};
+use crate::analysis::contraction::{Contraction, NumberLimit};
 use crate::analysis::extent::{MAX_OPERATIONS, search_extent};
 use crate::expression::{ExprId, Expressions};
 use sdfc_vm::bounds::Bounds;
@@ -17,7 +17,7 @@ pub(crate) fn extent_of_preimage(
     if image.is_empty() {
         return Bounds::EMPTY;
     }
-    let limits: [Limit; 3] = std::array::from_fn(|axis| Limit {
+    let limits: [NumberLimit; 3] = std::array::from_fn(|axis| NumberLimit {
         number: map[axis],
         range: Interval {
             lo: image.min[axis],
