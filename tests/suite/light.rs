@@ -356,8 +356,7 @@ fn engines_light_lattices_alike() {
                 (field(fn(p) => 0.4 - cos(5 * p.x) * cos(5 * p.z)) & box(2.2)) | plane(Y, at: -1.3)";
     let [cpu, gpu] =
         [EngineKind::Cpu, EngineKind::Wgsl].map(|kind| picture_on(kind, text, [160, 120]).rgba8());
-    let pairs = cpu.iter().zip(&gpu);
-    let differing = pairs.filter(|&(&a, &b)| a != b).count();
+    let differing = cpu.iter().zip(&gpu).filter(|(a, b)| a != b).count();
     assert!(differing <= 3 * MAX_EDGE_CHANNELS, "{differing} channels");
 }
 

@@ -1,6 +1,6 @@
 //! Contraction of boxes: ranges of the point that follow from ranges of numbers, operation by operation.
 //!
-//! Where a maximum is at most zero, both operands are. Where a sum of squares has a limit, each square has. So limits are
+//! Both operands of a maximum are at most zero where it is. Each square of a sum has the limit of the sum. So limits are
 //! passed from numbers to their operands, and in the end to the point (F. Benhamou and others, *Revising Hull and Box
 //! Consistency*, 1999). In contrast to evaluation over boxes, this needs no box to begin with. Intervals do not see that a
 //! rotation by an angle that varies keeps lengths. So a pair of numbers that is a rotation of two others limits these, too.

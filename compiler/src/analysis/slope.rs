@@ -17,11 +17,9 @@ mod region_bounds;
 mod search;
 mod shapes;
 
-use crate::analysis::box_eval::{BoxNumber, UniformInput};
 use crate::analysis::param_ranges::ParamRanges;
 use crate::expression::{ExprId, Expressions};
 use sdfc_vm::bounds::Bounds;
-use sdfc_vm::dual::Dual;
 use sdfc_vm::interval::Interval;
 use search::{SlopeSearch, SubBox, contains};
 use std::collections::BinaryHeap;
@@ -44,9 +42,6 @@ const MIN_BOXES_BEFORE_END: usize = 32;
 const MAX_STALLED_VOLUME: f64 = 0.9;
 /// Number of boxes after which a search whose bound is still infinite stops.
 const MAX_BOXES_WHILE_INFINITE: usize = 512;
-
-/// Side of the box in which a slope counts as bounded.
-const BOUNDED_BOX_SIZE: f64 = 2e3;
 
 /// Slope from which on a field cannot be marched and counts as unbounded.
 pub const MAX_SLOPE: f64 = 1e15;
@@ -330,18 +325,6 @@ fn slope_samples(
         slopes.sort_by(f64::total_cmp);
         slopes
     })
-}
-
-/// Reports whether the slope of a number has a bound in a large box around the origin.
-pub(crate) fn has_bounded_slope(
-    expressions: &Expressions,
-    number: ExprId,
-    ranges: &ParamRanges,
-) -> bool {
-    let mut leaf = |id| UniformInput::Known(ranges.leaf(expressions, id));
-    let mut program = BoxNumber::<Dual<Interval>>::new(expressions, number, &mut leaf);
-    program.eval(&Bounds::centred([BOUNDED_BOX_SIZE; 3]), &[]);
-    program.gradient_norm_bound().is_finite()
 }
 
 /// Returns the slope where a number changes its sign between two points; its value at the first one is

@@ -5,10 +5,16 @@
 
 use super::set::Set;
 use super::{Level, Node, Sublevels};
-use crate::analysis::slope::has_bounded_slope;
+use crate::analysis::box_eval::{BoxNumber, UniformInput};
 use crate::analysis::terms::{Sum, Term, difference};
 use crate::expression::ExprId;
+use sdfc_vm::bounds::Bounds;
+use sdfc_vm::dual::Dual;
+use sdfc_vm::interval::Interval;
 use sdfc_vm::table::Op;
+
+/// Side of the box in which slopes without a limit are bounded.
+const BOX_SIZE: f64 = 2e3;
 
 impl Sublevels<'_, '_> {
     /// Returns the set of a number from the operand that it limits; `None` where it limits none.
@@ -47,7 +53,7 @@ impl Sublevels<'_, '_> {
             Set::Field(field) => field,
             set => return Some(set),
         };
-        if has_bounded_slope(self.e, field, self.param_ranges) {
+        if self.has_bounded_slope(field) {
             return Some(Set::Field(field));
         }
         match (op, values) {
@@ -113,5 +119,13 @@ impl Sublevels<'_, '_> {
             true => self.below(number, level.at(end), depth),
             false => self.not_below(number, level.of_rest().at(end), depth),
         })
+    }
+
+    /// Reports whether the slope of a number has a bound in a large box around the origin.
+    fn has_bounded_slope(&mut self, number: ExprId) -> bool {
+        let mut leaf = |id| UniformInput::Known(self.param_ranges.leaf(self.e, id));
+        let mut program = BoxNumber::<Dual<Interval>>::new(self.e, number, &mut leaf);
+        program.eval(&Bounds::centred([BOX_SIZE; 3]), &[]);
+        program.gradient_norm_bound().is_finite()
     }
 }
