@@ -126,7 +126,7 @@ struct CutterExtension<'s> {
 enum PathStep {
     /// An affine map of points.
     Map(AffineRows),
-    /// Copies by an operation, or a rotation that varies with the point.
+    /// Copies by an operation, or a map that varies with the point.
     Copies { op: Op, numbers: Vec<f64> },
     /// Revolution of the plane about the y axis, after a shift along x.
     Revolve(f64),
@@ -412,7 +412,7 @@ impl CutterExtension<'_> {
             ShapeKind::Repeat { op, parameters, .. }
             | ShapeKind::Polar { op, parameters, .. }
             | ShapeKind::Domain {
-                op: op @ (Op::Mirror | Op::Twist),
+                op: op @ (Op::Mirror | Op::Twist | Op::Elongate),
                 parameters,
                 ..
             } => {
@@ -429,9 +429,10 @@ impl CutterExtension<'_> {
                 Some(offset) => Some(PathStep::Revolve(offset)),
                 None => return id,
             },
-            // The part that the ends of a revolution cut off is not excluded.
+            // The part that the ends of a revolution cut off is not excluded. The correction of an elongated shape follows the
+            // point alone.
             ShapeKind::Distance {
-                op: Op::RevolveClose,
+                op: Op::RevolveClose | Op::ElongateCorrect,
                 ..
             } => None,
             ShapeKind::Distance {

@@ -390,11 +390,13 @@ impl Session {
         if !self.is_camera_moved {
             self.camera = None;
         }
+        let settings = &scene.opened.compiled.module.settings;
+        self.engine_selection
+            .begin_build(settings.max_slope().is_infinite());
         self.scene = Some(scene);
         // Leaf numbers and positions may have changed with the new scene.
         self.picked = None;
         self.anchor = None;
-        self.engine_selection.retry_after_build();
         self.invalidate_engines(now);
     }
 }

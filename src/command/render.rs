@@ -79,7 +79,8 @@ pub(crate) struct PictureArgs {
     #[arg(long, value_name = "FACTOR", allow_negative_numbers = true)]
     exposure: Option<f64>,
     /// Use of cells on the engines cpu and interp: boxes of space, each with the operations that matter inside it.
-    /// The picture stays the same, except on cpu for pixels at edges and at discontinuities of fields. With gpu,
+    /// The picture stays the same, except on cpu for pixels at edges and at discontinuities of fields. With never,
+    /// cpu has a single box for fields whose slope is only estimated (W0501), which proves its steps. With gpu,
     /// interp builds cells on the device; with cpu, on the CPU; auto and always use the device on graphics cards.
     #[arg(long, value_name = "WHEN", default_value = "auto", value_parser = one_of(CELLS))]
     cells: CellMode,

@@ -25,7 +25,7 @@ const SETS: &[[&str; 2]] = &[
 ];
 
 /// Draws a set on a floor, without shadows.
-fn picture(set: &str) -> Vec<u8> {
+fn picture(set: &str, cells: CellMode) -> Vec<u8> {
     let text = format!(
         "camera {{ from: [2.2, 1.8, 3.2], look: [0, 0, 0], fov: 40deg }}\n\
          light {{ dir: [-0.6, 1, 0.5], intensity: 3, shadow: none }}\n\
@@ -41,7 +41,7 @@ fn picture(set: &str) -> Vec<u8> {
     let options = DrawOptions {
         size: [160, 120],
         passes: PassOptions::default(),
-        cells: CellMode::Auto,
+        cells,
         scale: 1.0,
     };
     let picture = image(&mut *engine, &text, &options);
@@ -53,14 +53,17 @@ fn picture(set: &str) -> Vec<u8> {
 /// Rays of the camera step over no part.
 #[test]
 fn fields_without_a_bound_hide_no_part_of_their_set() {
-    for [unbounded, bounded] in SETS {
-        let [a, b] = [unbounded, bounded].map(|set| picture(set));
+    for ([unbounded, bounded], cells) in SETS
+        .iter()
+        .flat_map(|sets| [CellMode::Auto, CellMode::Never].map(|cells| (sets, cells)))
+    {
+        let [a, b] = [unbounded, bounded].map(|set| picture(set, cells));
         let pixels = a.chunks(4).zip(b.chunks(4));
         let differs = |(a, b): &(&[u8], &[u8])| {
             let mut channels = a.iter().zip(*b);
             channels.any(|(a, b)| a.abs_diff(*b) >= MIN_DIFFERENCE)
         };
         let count = pixels.filter(differs).count();
-        assert!(count <= MAX_PIXELS, "{unbounded}: {count} pixels");
+        assert!(count <= MAX_PIXELS, "{unbounded}, {cells:?}: {count} pixels");
     }
 }

@@ -96,7 +96,15 @@ impl CutterExtension<'_> {
         if remaining.bounds.is_empty() {
             return true;
         }
-        remaining.bounds != region.bounds && is_clear_by_boxes(self, &remaining)
+        if remaining.bounds != region.bounds && is_clear_by_boxes(self, &remaining) {
+            return true;
+        }
+        // Nothing is removed outside of the body's box. Bisection would hardly meet its faces.
+        if let (false, Some(body)) = (region.is_ring, cut.body) {
+            let body = self.bounds(body).mapped(&inverse_rows);
+            remaining.bounds = remaining.bounds.intersection(&body);
+        }
+        remaining.bounds.is_empty()
             || self.is_outside_by_intervals(part, &remaining, cut.body, &nearby)
     }
 

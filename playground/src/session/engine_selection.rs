@@ -19,7 +19,7 @@ pub struct Devices {
 /// The requested engine.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum EngineChoice {
-    /// The fastest engine available.
+    /// The fastest engine available; the CPU for scenes that only it draws without holes.
     #[default]
     Auto,
     /// Only this engine. Another engine draws while it is being prepared.
@@ -80,6 +80,8 @@ pub(crate) struct EngineSelection {
     compared_times: Option<[Duration; 2]>,
     /// Failed engines and the reasons.
     failed: BTreeMap<EngineKind, EngineFailure>,
+    /// Set if a slope in the scene is only estimated: then the CPU alone proves that rays step over no surface.
+    needs_proof: bool,
 }
 
 impl EngineSelection {
@@ -135,8 +137,10 @@ impl EngineSelection {
         self.reset_prepared();
     }
 
-    /// Retries engines that failed only for the previous build.
-    pub(crate) fn retry_after_build(&mut self) {
+    /// Retries engines that failed only for the previous build. `needs_proof` is set if a slope in the new one is only
+    /// estimated.
+    pub(crate) fn begin_build(&mut self, needs_proof: bool) {
+        self.needs_proof = needs_proof;
         self.failed.retain(|_, failure| !failure.this_build_only);
     }
 
@@ -147,6 +151,7 @@ impl EngineSelection {
     /// Returns the engine that should draw edits at once.
     fn requested_engine(&self) -> EngineKind {
         match self.choice {
+            EngineChoice::Auto if self.needs_proof => EngineKind::Cpu,
             EngineChoice::Only(EngineKind::Wgsl) | EngineChoice::Auto if self.devices.hardware => {
                 EngineKind::Interp
             }
@@ -177,7 +182,7 @@ impl EngineSelection {
             }
             EngineTier::Prepared => {
                 let requested = match self.choice {
-                    EngineChoice::Auto => self.devices.hardware,
+                    EngineChoice::Auto => self.devices.hardware && !self.needs_proof,
                     EngineChoice::Only(kind) => kind == EngineKind::Wgsl && self.devices.gpu,
                 };
                 Some(EngineKind::Wgsl).filter(|kind| requested && self.is_usable(*kind))
@@ -310,6 +315,22 @@ mod tests {
             EngineTier::Prepared,
             "it was asked for"
         );
+    }
+
+    #[test]
+    fn the_cpu_draws_what_only_it_can_prove() {
+        let mut engine_selection = warm();
+        engine_selection.begin_build(true);
+        let instant = engine_selection.engine(EngineTier::Instant);
+        assert_eq!(instant, Some(EngineKind::Cpu));
+        assert!(!engine_selection.should_prepare(KEY));
+        engine_selection.set_choice(EngineChoice::Only(EngineKind::Interp));
+        let instant = engine_selection.engine(EngineTier::Instant);
+        assert_eq!(instant, Some(EngineKind::Interp), "it was asked for");
+        engine_selection.set_choice(EngineChoice::Auto);
+        engine_selection.begin_build(false);
+        let instant = engine_selection.engine(EngineTier::Instant);
+        assert_eq!(instant, Some(EngineKind::Interp));
     }
 
     #[test]

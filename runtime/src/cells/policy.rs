@@ -110,6 +110,8 @@ pub(crate) fn is_large(job: &RenderJob, tape: &Tape) -> bool {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum PacketCells {
     Never,
+    /// A single one, without pruning, in which intervals prove steps.
+    Whole,
     /// If they prune well ([`super::trial`]), or a trial of work finds them profitable (`cpu/cell_trial.rs`).
     Trial,
     Always,
@@ -120,9 +122,10 @@ impl PacketCells {
     pub(crate) fn for_job(job: &RenderJob, tape: &Tape, facts: &FieldFacts) -> Self {
         let clauses = tape.clauses.len();
         match job.cells {
+            // Nothing else proves that rays step over no surface.
+            CellMode::Never if facts.max_slope.is_infinite() => Self::Whole,
             CellMode::Never => Self::Never,
             CellMode::Always | CellMode::Cpu | CellMode::Gpu => Self::Always,
-            // Only bounds in cells can prove that rays step over nothing.
             CellMode::Auto if facts.has_estimated_slopes => Self::Always,
             CellMode::Auto if tape.lipschitz.is_bounded() && clauses >= MIN_CLAUSES => Self::Always,
             CellMode::Auto if tape.lipschitz.is_bounded() => Self::Never,

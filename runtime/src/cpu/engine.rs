@@ -200,6 +200,7 @@ impl RenderField for CpuScene {
     fn cell_layout(&self, job: &RenderJob) -> CellLayout {
         match PacketCells::for_job(job, &self.tape, &self.facts) {
             PacketCells::Never => CellLayout::None,
+            PacketCells::Whole => CellLayout::Whole,
             PacketCells::Trial => *self.trial_layout.get_or_init(|| self.try_layouts(job)),
             PacketCells::Always => CellLayout::Fine,
         }
