@@ -141,8 +141,7 @@ pub fn compare_engines_with(
         ..settings.clone()
     };
     // Where a slope is only estimated, the CPU proves its steps, and devices do not.
-    let has_same_bits =
-        arithmetic.is_strict() && scene.module.settings.max_slope().is_finite();
+    let has_same_bits = arithmetic.is_strict() && scene.module.settings.max_slope().is_finite();
     let points = field::points(&scene.module.settings.bounds);
     let mut subjects = Vec::new();
     let mut images: Vec<Image> = Vec::new();

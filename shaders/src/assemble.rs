@@ -475,6 +475,7 @@ fn shared_text(stage_text: &str) -> String {
         (&["line_index"], include_str!("kernels/work.wgsl")),
         (&["camera_ray", "camera_ray_at"], camera),
         (&["camera_segment"], include_str!("kernels/segment.wgsl")),
+        (&["shadow_end"], include_str!("kernels/shadow_end.wgsl")),
         (&["enqueue"], include_str!("kernels/queue.wgsl")),
     ];
     let mentioned: BTreeSet<&str> = identifiers(stage_text).collect();

@@ -113,6 +113,7 @@ functions! {
     shadow_min_step = shadow::min_step(half_pixel, height);
     shadow_start = shadow::start_t(min_step, is_sharp);
     shadow_exit = shadow::exit_t(origin, direction, low, high, light_t, size);
+    shadow_half_space_exit = shadow::half_space_exit_t(origin, direction, normal, offset, light_t, size);
     shadow_candidate_limit = shadow::candidate_limit(t, size);
     shadow_last_visibility = shadow::last_visibility(sample_visibility, checks);
     shadow_step_to_check = shadow::step_to_check(step, t, next_check_t, checks);

@@ -147,14 +147,14 @@ shared! {
         flags: u32,
         /// The part of the field's rounding error that does not vanish at the origin of the scene.
         least_rounding: f32,
-        /// Number of half spaces which, together with the finite box, contain an endless solid; 0 if none are known.
+        /// Number of half spaces which, together with a box, contain an endless solid; 0 if none are known.
         half_space_count: u32,
-        /// Lower corner of the finite box.
-        finite_min: vec3f,
+        /// Lower corner of that box.
+        box_min: vec3f,
         /// Maximum length of rays that fall towards a half space.
         extended_far: f32,
-        /// Upper corner of the finite box.
-        finite_max: vec3f,
+        /// Upper corner of that box.
+        box_max: vec3f,
         /// Depth from which on the first half spaces are solid.
         solid_depth: f32,
         /// Those half spaces.

@@ -210,6 +210,23 @@ pub fn exit_t<R: Real>(
     x.min(y).min(z).min(light_t)
 }
 
+/// Returns the distance along a ray at which its height above a half space is the radius of a light of this `size`.
+/// `light_t` if it does not climb that steeply. `offset` is the distance of the origin from the plane along its `normal`.
+#[inline(always)]
+pub fn half_space_exit_t<R: Real>(
+    origin: R::Vec3,
+    direction: R::Vec3,
+    normal: R::Vec3,
+    offset: R,
+    light_t: R,
+    size: R,
+) -> R {
+    let height = (origin.dot(normal) + offset).named("height");
+    let climb_per_t = (direction.dot(normal) - size).named("climb_per_t");
+    let end = -height / climb_per_t.max(lit(1e-6));
+    R::select(lit::<R>(1e-6).less(climb_per_t), end, light_t)
+}
+
 /// Maximum tangent of the angle between the direction to a surface and the plane across the ray for a
 /// candidate that stays in place.
 const MAX_AHEAD_TANGENT: f64 = 0.05;

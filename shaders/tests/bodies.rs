@@ -56,6 +56,26 @@ fn rays_cross_boxes_where_they_should() {
 }
 
 #[test]
+fn a_half_space_ends_shadow_rays_as_a_large_box_does() {
+    let mut random = Random::new(7);
+    let (low, height) = (V3::new(-1e6, -1e6, -1e6), 0.75);
+    let high = V3::new(1e6, height, 1e6);
+    for _ in 0..2000 {
+        let origin = V3::new(random.unit_f32(), random.unit_f32(), random.unit_f32());
+        let (direction, size) = (upwards(&mut random), 0.5 * random.unit_f32());
+        let light_t = 100.0;
+        let expected = shadow::exit_t::<f32>(origin, direction, low, high, light_t, size);
+        let up = V3::new(0.0, 1.0, 0.0);
+        let end = shadow::half_space_exit_t::<f32>(origin, direction, up, -height, light_t, size);
+        let difference = (end.min(light_t) - expected).abs();
+        assert!(
+            difference <= 1e-3 * expected.abs().max(1.0),
+            "{end} {expected}"
+        );
+    }
+}
+
+#[test]
 fn rays_leave_half_spaces_where_they_should() {
     // A floor at a height of −1, and a ray from the origin with this rise.
     let exit = |height: f32, rise: f32, extended_far| {

@@ -55,7 +55,8 @@ pub(crate) struct PictureArgs {
     camera: Option<String>,
     #[command(flatten)]
     pub(crate) camera_changes: CameraArgs,
-    /// Quantity that is shown.
+    /// Quantity that is shown. The greys of depth are linear in the length of the ray. Light is the nearest point of the
+    /// sphere around the box of the scene, and dark the farthest. Endless scenes are dark at twice the distance of the target.
     #[arg(long, value_name = "MODE", default_value = "shaded", value_parser = one_of(MODES))]
     mode: Mode,
     /// Maximum number of steps of a ray.

@@ -64,6 +64,9 @@ fn fields_without_a_bound_hide_no_part_of_their_set() {
             channels.any(|(a, b)| a.abs_diff(*b) >= MIN_DIFFERENCE)
         };
         let count = pixels.filter(differs).count();
-        assert!(count <= MAX_PIXELS, "{unbounded}, {cells:?}: {count} pixels");
+        assert!(
+            count <= MAX_PIXELS,
+            "{unbounded}, {cells:?}: {count} pixels"
+        );
     }
 }

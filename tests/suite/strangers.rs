@@ -5,7 +5,7 @@
 //! A pixel is wrong if nothing within two pixels of it matches the engine's result there; silhouettes and
 //! edges excuse nothing more. Scenes are in `tests/strangers`; the first line of each states its class. A
 //! line `// excused: 12 pixels, since …` states how many pixels may differ and why that is correct; `//
-//! fault:` states what must be fixed. A line `// engines: cpu, since …` leaves a scene to the CPU with cells.
+//! fault:` states what must be fixed. A line `// engines: cpu, since …` leaves a scene to the CPU.
 
 use crate::corpus::{compiled_scene, name, scene, scene_input, scenes};
 use glam::{DVec3, Vec3};
@@ -343,7 +343,7 @@ fn excused(path: &Path) -> usize {
     })
 }
 
-/// Reports whether only the CPU with cells can prove that rays step over nothing in a scene.
+/// Reports whether only the CPU can prove that rays step over nothing in a scene.
 fn needs_proof(path: &Path) -> bool {
     let text = std::fs::read_to_string(path).expect("the scene can be read");
     text.lines().any(|line| line.starts_with("// engines: cpu"))
@@ -374,13 +374,10 @@ fn examine(case: &Case, engines: &mut [Box<dyn Engine>], max_steps: u64) -> Stri
     let mut truth = RayTruth::new(&scene, &settings, !BLENDED_SCENES.contains(&&*name(path)));
     let loaded = scene_input(&compiled, &uniform_values, &source);
     let excused = excused(path);
-    let (count, without) = match needs_proof(path) {
-        true => (1, CellMode::Auto),
-        false => (engines.len(), CellMode::Never),
-    };
+    let count = if needs_proof(path) { 1 } else { engines.len() };
     for engine in &mut engines[..count] {
         engine.load(&loaded).expect("it loads");
-        for cells in [without, CellMode::Always] {
+        for cells in [CellMode::Never, CellMode::Always] {
             let settings = RenderSettings {
                 cells,
                 ..settings.clone()

@@ -25,7 +25,7 @@ use crate::verify::{VerifyError, verify};
 
 const MAGIC: u32 = u32::from_le_bytes(*b"SDFB");
 /// The version of the layout.
-pub const VERSION: u32 = 9;
+pub const VERSION: u32 = 10;
 const HEADER: usize = 5;
 /// The largest file that is read, in bytes.
 pub const MAX_BYTES: usize = 64 << 20;
@@ -344,7 +344,7 @@ fn check_bounds(settings: &Settings) -> Result<(), &'static str> {
         .into_iter()
         .chain(finite)
         .chain(finite_parts)
-        .chain(enclosure.iter().map(|enclosure| &enclosure.finite));
+        .chain(enclosure.iter().map(|enclosure| &enclosure.bounds));
     let mut corners = boxes
         .chain(endless.iter().map(|part| &part.bounds))
         .flat_map(|b| b.min.iter().chain(&b.max));

@@ -105,8 +105,8 @@ pub const MAX_HALF_SPACES: usize = 6;
 /// A region that contains a solid: the union of a box and of half spaces.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Enclosure {
-    /// The box, perhaps empty.
-    pub finite: Bounds,
+    /// The box, perhaps empty, or endless along one axis.
+    pub bounds: Bounds,
     /// Planes of the half spaces: the normal of length one, which points out of it, and the distance of the origin.
     pub half_spaces: Vec<[f64; 4]>,
     /// Number of the first half spaces that are solid from their planes on.

@@ -378,7 +378,8 @@ macro_rules! for_each_operation {
                 source: "A. Ricci, A Constructive Geometry for Computer Graphics, 1973",
                 ..INTERSECTION
             };
-            /// The first operand without the second.
+            /// The first operand without the second. A cut shows the material of the first operand, or that of the second where it
+            /// has one.
             Subtraction "subtraction" = combine::subtraction(a: Value, b: Value;) -> Value, prepare::identity, OpFacts {
                 blend: Some(Blend { kernel: BlendKernel::Hard, sign: -1.0, negate_second: true }),
                 uses_only_signs: true,

@@ -88,7 +88,7 @@ pub(crate) fn enclosure(
     (1..=MAX_HALF_SPACES)
         .contains(&half_spaces.len())
         .then_some(Enclosure {
-            finite: found.finite,
+            bounds: found.bounds,
             half_spaces,
             exact_half_spaces,
             solid_half_spaces,
@@ -184,7 +184,7 @@ fn rows(scene: SceneRef<'_>, boxes: &mut ShapeBounds, matrix: &[ExprId; 12]) -> 
 
 /// Regions found so far.
 struct FoundRegions {
-    finite: Bounds,
+    bounds: Bounds,
     exact: Vec<[f64; 4]>,
     solid: Vec<[f64; 4]>,
     others: Vec<[f64; 4]>,
@@ -194,7 +194,7 @@ struct FoundRegions {
 impl Default for FoundRegions {
     fn default() -> Self {
         Self {
-            finite: Bounds::EMPTY,
+            bounds: Bounds::EMPTY,
             exact: Vec::new(),
             solid: Vec::new(),
             others: Vec::new(),
@@ -209,7 +209,7 @@ impl FoundRegions {
         self.exact.len() + self.solid.len() + self.others.len()
     }
 
-    /// Adds a part; `None` if it is neither finite nor within a half space.
+    /// Adds a part; `None` if it is neither finite, nor a column, nor within a half space.
     fn add(
         &mut self,
         scene: SceneRef<'_>,
@@ -217,8 +217,9 @@ impl FoundRegions {
         part: &EnclosedPart,
     ) -> Option<()> {
         let bounds = part.outer_box(&boxes.sublevel_bounds(scene, part.id, part.level))?;
-        if bounds.is_finite() {
-            self.finite = self.finite.hull(&bounds);
+        let hull = self.bounds.hull(&bounds);
+        if bounds.is_finite() || is_column(&bounds) && is_column(&hull) {
+            self.bounds = hull;
         } else if !bounds.is_empty() {
             let (half_space, value_slope) = half_space(scene, boxes, part, &bounds)?;
             match solid_depth(scene, boxes, part, (&half_space, value_slope)) {
@@ -234,6 +235,12 @@ impl FoundRegions {
         }
         Some(())
     }
+}
+
+/// Reports whether a box ends on both sides along two axes.
+fn is_column(bounds: &Bounds) -> bool {
+    let ends = |&axis: &usize| bounds.min[axis].is_finite() && bounds.max[axis].is_finite();
+    (0..3).filter(ends).count() == 2
 }
 
 /// Returns levels for the operands of a union: for finite ones, and for endless ones. Where each operand is above its

@@ -10,7 +10,6 @@ use super::ray_tasks::{
 };
 use super::tile::Tile;
 use super::{Evaluator, F32x64, LANES, Points};
-use crate::render::ray::vector;
 use sdfc_shaders::features::ShadowForm;
 use starts::{ShadowCaster, ShadowRayStart, ray_starts};
 
@@ -280,7 +279,7 @@ impl<const FORM: u32> ShadowRays<'_, FORM> {
 
     /// Returns the parameters that all rays share.
     #[inline(always)]
-    fn light_params(&self) -> LightParams<FORM> {
+    fn light_params(&self) -> LightParams<'_, FORM> {
         LightParams {
             size: self.light.size,
             is_positional: self.light.is_positional,
@@ -288,8 +287,7 @@ impl<const FORM: u32> ShadowRays<'_, FORM> {
             step_factor: self.frame.step_factor,
             checks: self.light.checks,
             least_rounding: self.frame.least_rounding,
-            low: vector(self.frame.bounds_min),
-            high: vector(self.frame.bounds_max),
+            frame: self.frame,
             max_steps: self.frame.max_shadow_steps as f32,
             choice: ColumnChoice::new(),
         }
@@ -393,7 +391,7 @@ fn begin_candidate_check(
 
 /// Parameters that all rays towards a light share.
 #[derive(Clone, Copy)]
-struct LightParams<const FORM: u32> {
+struct LightParams<'a, const FORM: u32> {
     /// Size of the light.
     size: f32,
     /// 0 for a directional light, 1 for a point light.
@@ -406,16 +404,14 @@ struct LightParams<const FORM: u32> {
     checks: f32,
     /// Rounding error of the field at the origin of the scene.
     least_rounding: f32,
-    /// Lower corner of the scene's bounds, outside of which there is nothing.
-    low: V3<f32>,
-    /// Upper corner of the scene's bounds.
-    high: V3<f32>,
+    /// Everything else, for rays that begin.
+    frame: &'a FrameUniforms,
     /// Maximum number of evaluations of a ray.
     max_steps: f32,
     choice: ColumnChoice,
 }
 
-impl<const FORM: u32> LightParams<FORM> {
+impl<const FORM: u32> LightParams<'_, FORM> {
     /// Reports whether every candidate is checked at once.
     #[inline(always)]
     fn checks_all(self) -> bool {

@@ -280,11 +280,11 @@ fn extent_uniforms(settings: &RenderSettings, light_far: f64) -> layout::FrameUn
     let Some(enclosure) = &settings.enclosure else {
         return uniforms;
     };
-    let finite = enclosure.finite;
-    if finite.is_finite() {
-        let finite = finite.grown(BOX_MARGIN * finite_size(&finite));
-        uniforms.finite_min = corner(finite.min);
-        uniforms.finite_max = corner(finite.max);
+    let bounds = enclosure.bounds;
+    if !bounds.is_empty() {
+        let bounds = bounds.grown(BOX_MARGIN * finite_size(&bounds));
+        uniforms.box_min = corner(bounds.min);
+        uniforms.box_max = corner(bounds.max);
     }
     uniforms.exact_half_space_count = enclosure.exact_half_spaces as u32;
     uniforms.solid_half_space_count = enclosure.solid_half_spaces as u32;
@@ -320,7 +320,7 @@ fn light_far(settings: &RenderSettings, facts: &FieldFacts, approach: f64) -> f6
     let enclosed = settings
         .enclosure
         .as_ref()
-        .map(|enclosure| enclosure.finite);
+        .map(|enclosure| enclosure.bounds);
     let mut parts = [Some(facts.bounds), enclosed].into_iter().flatten();
     let finite = parts.find(|bounds| bounds.is_finite() && !bounds.is_empty());
     let diameter = finite.map_or(0.0, |bounds| 2.0 * bounds.half_diagonal());

@@ -94,7 +94,7 @@ fn limit_to_enclosure<const N: usize>(
     segments: &mut Segments<N>,
 ) {
     let never = camera::NEVER as f32;
-    let (low, high) = (vector(f.finite_min), vector(f.finite_max));
+    let (low, high) = (vector(f.box_min), vector(f.box_max));
     let mut ends = [0.0; N];
     let mut least_exits = [0.0; N];
     for (i, end) in ends.iter_mut().enumerate().take(count) {

@@ -7,7 +7,7 @@ use glam::DVec3;
 /// Returns a note if the finite part of a scene lies in a half space that is solid from its plane on.
 pub(super) fn note(settings: &RenderSettings) -> Option<String> {
     let enclosure = settings.enclosure.as_ref()?;
-    let finite = enclosure.finite;
+    let finite = enclosure.bounds;
     if !finite.is_finite() || finite.is_empty() {
         return None;
     }

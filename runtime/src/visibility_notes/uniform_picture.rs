@@ -16,9 +16,16 @@ pub(super) fn note(settings: &RenderSettings, image: &Image) -> Option<String> {
     if settings.mode != Mode::Shaded || image.depth.iter().all(|depth| depth.is_infinite()) {
         return None;
     }
-    fog_note(settings, image).or_else(|| match bytes_of_one_color(image)? {
-        [r, g, b] if r.max(g).max(b) <= MAX_BYTE_DIFFERENCE => Some(darkness_note(settings)),
-        _ => Some(one_color_note(image)),
+    fog_note(settings, image).or_else(|| match bytes_of_one_color(image) {
+        Some([r, g, b]) if r.max(g).max(b) <= MAX_BYTE_DIFFERENCE => {
+            let reason = missing_light(settings).unwrap_or_else(|| lost_light(settings));
+            Some(format!("all of the picture is black: {reason}"))
+        }
+        Some(_) => Some(one_color_note(image)),
+        None => {
+            let reason = missing_light(settings).filter(|_| are_surfaces_black(image))?;
+            Some(format!("all surfaces are black: {reason}"))
+        }
     })
 }
 
@@ -55,28 +62,59 @@ fn bytes_of_one_color(image: &Image) -> Option<[u8; 3]> {
     colors.all(is_same).then_some(first)
 }
 
-fn darkness_note(settings: &RenderSettings) -> String {
+/// Reports whether all pixels that show surfaces alone are black, and there are some.
+fn are_surfaces_black(image: &Image) -> bool {
+    let is_surface = |pixel: usize| {
+        image
+            .depth
+            .get(pixel)
+            .is_some_and(|depth| depth.is_finite())
+    };
+    let is_inner = |&pixel: &usize| {
+        let neighbors = [
+            pixel.wrapping_sub(image.width),
+            pixel.wrapping_sub(1),
+            pixel,
+            pixel + 1,
+            pixel + image.width,
+        ];
+        neighbors.into_iter().all(is_surface)
+    };
+    let mut inner = (0..image.depth.len()).filter(is_inner).peekable();
+    let is_black = |pixel: usize| {
+        let bytes = image.display.bytes(image.color[pixel]);
+        bytes[..3].iter().all(|&byte| byte <= MAX_BYTE_DIFFERENCE)
+    };
+    inner.peek().is_some() && inner.all(is_black)
+}
+
+/// Returns why there is no light, if there is none.
+fn missing_light(settings: &RenderSettings) -> Option<String> {
     let brightness = |light: &ResolvedLight| light.color.into_iter().fold(0.0, f64::max);
     let lights = &settings.lighting.lights;
     let brightest = lights.iter().map(brightness).fold(0.0, f64::max);
-    let ambient = settings.lighting.ambient;
-    let reason = if settings.exposure < MIN_VISIBLE_LIGHT {
-        format!("its `exposure` is {}", format_number(settings.exposure))
-    } else if brightest * settings.exposure < MIN_VISIBLE_LIGHT {
+    if settings.exposure < MIN_VISIBLE_LIGHT {
+        return Some(format!(
+            "its `exposure` is {}",
+            format_number(settings.exposure)
+        ));
+    }
+    (brightest * settings.exposure < MIN_VISIBLE_LIGHT).then(|| {
         format!(
             "the brightest of {} lights has {} as color times `intensity`, and `ambient` is {}",
             lights.len(),
             format_number(brightest),
-            format_number(ambient)
+            format_number(settings.lighting.ambient)
         )
-    } else {
-        format!(
-            "none of {} lights reaches what is in view, or its materials are black, and `ambient` is {}",
-            lights.len(),
-            format_number(ambient)
-        )
-    };
-    format!("all of the picture is black: {reason}")
+    })
+}
+
+fn lost_light(settings: &RenderSettings) -> String {
+    format!(
+        "none of {} lights reaches what is in view, or its materials are black, and `ambient` is {}",
+        settings.lighting.lights.len(),
+        format_number(settings.lighting.ambient)
+    )
 }
 
 fn one_color_note(image: &Image) -> String {

@@ -16,7 +16,7 @@ fn camera_segment(camera: CameraRay) -> CameraSegment {
 // Returns that part of a ray through an endless scene.
 fn enclosed_segment(origin: vec3f, direction: vec3f) -> CameraSegment {
     let bounds = intersect_box(origin, direction, frame.bounds_min, frame.bounds_max, frame.extended_far);
-    let finite = intersect_box(origin, direction, frame.finite_min, frame.finite_max, frame.far);
+    let finite = intersect_box(origin, direction, frame.box_min, frame.box_max, frame.far);
     let meets_finite = finite.x <= finite.y;
     var end = select(0.0, finite.y, meets_finite);
     var crowd = vec2f(select(NEVER, finite.x, meets_finite), end);

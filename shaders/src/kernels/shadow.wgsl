@@ -131,13 +131,13 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
     }
     var origin = start;
     var direction = axis;
-    var exit_t = shadow_exit(start, axis, frame.bounds_min, frame.bounds_max, light_t, ray.size);
+    var exit_t = shadow_end(start, axis, light_t, ray.size);
 #if sized
     var rim = shadow_rim_direction(axis, ray.ray_number);
     if ray.ray_number >= 1.0 {
         direction = shadow_rim_ray_direction(axis, rim, ray.size);
         let plane_t = shadow_light_plane(direction, axis, light_t);
-        exit_t = shadow_exit(start, direction, frame.bounds_min, frame.bounds_max, plane_t, ray.size);
+        exit_t = shadow_end(start, direction, plane_t, ray.size);
         if ray.size == 0.0 {
             origin = point_along(start, axis, light_t);
             direction = rim;
@@ -285,7 +285,7 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
                 origin = start;
                 direction = shadow_rim_ray_direction(axis, rim, ray.size);
                 let plane_t = shadow_light_plane(direction, axis, light_t);
-                exit_t = shadow_exit(start, direction, frame.bounds_min, frame.bounds_max, plane_t, ray.size);
+                exit_t = shadow_end(start, direction, plane_t, ray.size);
                 restart_ray(&ray);
                 ray.t = abs(ray.clear_t);
                 continue;
@@ -391,7 +391,7 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
                 ray.t = abs(ray.clear_t);
                 direction = shadow_rim_ray_direction(axis, rim, light.size);
                 let plane_t = shadow_light_plane(direction, axis, light_t);
-                exit_t = shadow_exit(start, direction, frame.bounds_min, frame.bounds_max, plane_t, ray.size);
+                exit_t = shadow_end(start, direction, plane_t, ray.size);
             }
             continue;
         }

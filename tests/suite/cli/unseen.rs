@@ -260,6 +260,17 @@ const SCENES: &[(&str, &str, &str)] = &[
         "all of the picture is black: the brightest of 1 lights has 0 as color times `intensity`, and `ambient` is 0",
     ),
     (
+        "a ball without light before a sky",
+        "light { dir: [1, 1, 1], intensity: 0 }\nsky { ambient: 0 }\nsphere(1)",
+        "all surfaces are black: the brightest of 1 lights has 0 as color times `intensity`, and `ambient` is 0",
+    ),
+    (
+        "a glowing ball without light",
+        "material glow { color: #ffffff, emission: #ffffff }\nlight { dir: [1, 1, 1], intensity: 0 }\nsky { ambient: 0 }\n\
+         sphere(1).material(glow)",
+        "",
+    ),
+    (
         "a picture without exposure",
         "render { exposure: 0 }\nsphere(1) | plane(Y, at: -1)",
         "all of the picture is black: its `exposure` is 0",

@@ -16,7 +16,7 @@ const FOLDERS: [&str; 4] = [
     "tests/strangers/games",
 ];
 /// Floors and walls with blends, cuts, frames and copies.
-const TEXTS: [&str; 20] = [
+const TEXTS: [&str; 23] = [
     "field(fn(p) => min(p.y, 10 - p.y))",
     "field(fn(p) => min(p.y + 1, length(p - [0, 0, -9]) - 1)) | plane(X, at: -7)",
     "(plane(Y, at: -1) | plane(-Y, at: -4)) - cylinder(r: 2, h: 100)",
@@ -36,6 +36,9 @@ const TEXTS: [&str; 20] = [
     "(plane(Y, at: -0.5) | box(1)).rotate(30deg, Z).offset(0.1).scale(2) | plane(-X, at: -9)",
     "(plane(Y, at: -0.5) |[0.3] box(1)).scale([1, 2, 3]).rotate(30deg, X)",
     "(plane(Y, at: -0.5).scale([1, 2, 3]) |[0.3] plane(X, at: -3)).scale(0.5).translate(1, 2, 3)",
+    "field(fn(p) => length(p.xz) - 0.5) | plane(Y, at: -1) | sphere(1).translate(2, 0, 0)",
+    "field(fn(p) => length(p.xz) - 0.5) | field(fn(p) => length(p.yz) - 0.3) | plane(Y, at: -1)",
+    "union([X, Y, Z].map(fn(v) => field(fn(p) => length(cross(p, v)) - 0.4))) | plane(Y, at: -2)",
     "(box(1) | plane(Y, at: -1)).offset(0.2) | plane(X, at: -4).scale([2, 1, 1])",
 ];
 
@@ -66,7 +69,7 @@ fn has_valid_enclosure(name: &str, compiled: &mut Compiled) -> bool {
             .iter()
             .map(|[x, y, z, offset]| p[0] * x + p[1] * y + p[2] * z + offset);
         let heights: Vec<f64> = heights.collect();
-        let is_in_box = enclosure.finite.is_finite() && enclosure.finite.distance(p) <= 0.0;
+        let is_in_box = !enclosure.bounds.is_empty() && enclosure.bounds.distance(p) <= 0.0;
         let is_outside = !is_in_box && heights.iter().all(|height| *height > 0.0);
         let value = evaluate_f64(&module.distance, p);
         // Constants of programs are rounded.

@@ -9,7 +9,7 @@ use sdfc_shaders::{candidate, shadow};
 use sdfc_vm::real::Vector3;
 use sdfc_vm::vector::V3;
 
-impl<const FORM: u32> LightParams<FORM> {
+impl<const FORM: u32> LightParams<'_, FORM> {
     /// Advances the check of a candidate by an evaluation. Reports whether the ray gives up, out of steps,
     /// and whether it is done after the check.
     #[inline(always)]

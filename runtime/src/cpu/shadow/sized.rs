@@ -1,5 +1,6 @@
 //! Rays towards a light with a size: one to its centre and, if that is hidden, several to its rim.
 
+use super::starts::ray_end;
 use super::{
     F32x64, LANES, LightParams, ShadowLanes, any_nonzero, begin_candidate_check, is_nan, lane_axis,
     lane_direction, set_direction,
@@ -21,7 +22,7 @@ pub(super) const RAY_ENDED: f32 = 1.0;
 /// Kind of a ray to the rim that begins, after the free distance from the light's centre was measured.
 const RIM_RAY_BEGINS: f32 = 2.0;
 
-impl<const FORM: u32> LightParams<FORM> {
+impl<const FORM: u32> LightParams<'_, FORM> {
     /// Advances a ray towards a light with a size by the field's value at its point. Reports whether the
     /// lane's last ray has ended, and returns its entries in [`RayTransitions`].
     #[inline(always)]
@@ -188,7 +189,7 @@ impl<const FORM: u32> LightParams<FORM> {
         let direction = shadow::rim_ray_direction::<f32>(axis, lane_direction(block, i), size);
         let light_t = shadow::light_plane_t::<f32>(direction, axis, block.light_t.0[i]);
         let start = lane_vector!(block, i, start_x, start_y, start_z);
-        let exit_t = shadow::exit_t::<f32>(start, direction, self.low, self.high, light_t, size);
+        let exit_t = ray_end(self.frame, start, direction, light_t, size);
         set_direction(block, i, direction);
         block.size.0[i] = size;
         block.exit_t.0[i] = exit_t;

@@ -8,7 +8,7 @@ use sdfc_shaders::layout::{FrameUniforms, LightRecord};
 use sdfc_shaders::marching::FROM_INSIDE;
 use sdfc_shaders::{camera, marching, normals, reflectance, shadow};
 use sdfc_vm::multiversion;
-use sdfc_vm::real::Vector3;
+use sdfc_vm::real::{Real, Vector3};
 use sdfc_vm::vector::V3;
 
 lanes! {
@@ -127,7 +127,6 @@ fn find_start(
     let length = to_light_from_start.length();
     let is_near = (light.is_positional > 0.0) & (length < frame.light_far);
     let light_t = if is_near { length } else { frame.light_far };
-    let (low, high) = (vector(frame.bounds_min), vector(frame.bounds_max));
     set_lane_vector!(block, lane, start_x, start_y, start_z, start);
     set_lane_vector!(
         block,
@@ -138,8 +137,37 @@ fn find_start(
         direction
     );
     block.start_t.0[lane] = shadow::start_t::<f32>(min_step, is_sharp);
-    block.exit_t.0[lane] = shadow::exit_t::<f32>(start, direction, low, high, light_t, size);
+    block.exit_t.0[lane] = ray_end(frame, start, direction, light_t, size);
     block.light_t.0[lane] = light_t;
     block.min_step.0[lane] = min_step;
     block.rounding.0[lane] = rounding;
+}
+
+/// Returns the end of a ray to a light of the `size` at `light_t`. Beyond it, no solid is as near as the light is wide.
+#[inline(always)]
+pub(super) fn ray_end(
+    frame: &FrameUniforms,
+    origin: V3<f32>,
+    direction: V3<f32>,
+    light_t: f32,
+    size: f32,
+) -> f32 {
+    let box_end = |low, high| {
+        shadow::exit_t::<f32>(origin, direction, vector(low), vector(high), light_t, size)
+    };
+    let end = box_end(frame.bounds_min, frame.bounds_max);
+    if frame.half_space_count == 0 {
+        return end;
+    }
+    let half_spaces = &frame.half_spaces[..frame.half_space_count as usize];
+    let last = half_spaces.iter().fold(
+        box_end(frame.box_min, frame.box_max),
+        |last, &[x, y, z, offset]| {
+            let normal = V3::new(x, y, z);
+            let exit =
+                shadow::half_space_exit_t::<f32>(origin, direction, normal, offset, light_t, size);
+            Real::max(last, exit)
+        },
+    );
+    Real::min(end, last)
 }
