@@ -49,7 +49,7 @@ use sdfc_vm::vector::V3;
 use std::collections::{HashMap, HashSet};
 
 /// Extensions of a face as fractions of the body's size, tried from the largest.
-const EXTENSION_FRACTIONS: [f64; 4] = [1.0, 0.25, 0.0625, 0.015625];
+const EXTENSION_FRACTIONS: [f64; 7] = [1.0, 0.5, 0.25, 0.125, 0.0625, 0.03125, 0.015625];
 /// Overlap of two boxes that counts as none, relative to their coordinates: rounding error of sums in `f64`.
 const TOUCH_TOLERANCE: f64 = 1e-9;
 /// Value that counts as zero, relative to the coordinates: operations round their parameters to `f32`.

@@ -8,10 +8,10 @@
 //!
 //! The operations are the rows of the table, so a sum means the same at every stage.
 
+use rustc_hash::FxHashMap;
 use sdfc_vm::apply::{OpResult, apply};
 use sdfc_vm::table::Op;
 use sdfc_vm::vector::V3;
-use std::collections::HashMap;
 
 /// Largest exponent of a power that is written as products.
 const MAX_PRODUCT_EXPONENT: f64 = 16.0;
@@ -84,7 +84,7 @@ enum Key {
 #[derive(Clone, Debug, Default)]
 pub struct Expressions {
     nodes: Vec<(Expression, Stage)>,
-    ids: HashMap<Key, ExprId>,
+    ids: FxHashMap<Key, ExprId>,
 }
 
 impl Expressions {

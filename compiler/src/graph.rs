@@ -4,11 +4,11 @@
 //! operand has the kind that its operation requires. A node is a point or a value, see
 //! [`GraphNode::is_point`].
 
+use rustc_hash::FxHashMap;
 use sdfc_lang::Span;
 use sdfc_vm::program::CHANNELS;
 use sdfc_vm::row::Output;
 use sdfc_vm::table::Op;
-use std::collections::HashMap;
 use std::fmt::Write;
 
 /// A node, by its index.
@@ -248,8 +248,8 @@ pub enum Purpose {
 #[derive(Clone, Debug, Default)]
 pub struct Graph {
     nodes: Vec<GraphNode>,
-    ids: HashMap<GraphNode, NodeId>,
-    origins: HashMap<NodeId, Origin>,
+    ids: FxHashMap<GraphNode, NodeId>,
+    origins: FxHashMap<NodeId, Origin>,
     /// The scene's distance.
     pub root: NodeId,
 }

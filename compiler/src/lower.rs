@@ -25,11 +25,12 @@ use crate::leaves::LeafTracker;
 use crate::scene::{MaterialId, NO_EDGE, NO_SURFACE_DISTANCE, Scene, SceneRef, ShapeId, ShapeKind};
 use crate::uniforms::{Uniforms, postorder};
 use paint::Coverage;
+use rustc_hash::FxHashMap;
 use sdfc_lang::Diagnostic;
 use sdfc_vm::bounds::Bounds;
 use sdfc_vm::row::SetOperation;
 use sdfc_vm::table::Op;
-use std::collections::{HashMap, HashSet};
+use std::collections::HashSet;
 
 /// Point at which a shape is evaluated: a node of the graph with a pending affine map.
 #[derive(Clone, Copy)]
@@ -524,7 +525,7 @@ impl Lowering<'_> {
     /// Lowers a number of point stage to values of the graph.
     fn field(&mut self, id: ExprId, local_point: LocalPoint) -> NodeId {
         let order = postorder(&self.scene.expressions, id, |_| false);
-        let mut nodes: HashMap<ExprId, NodeId> = HashMap::with_capacity(order.len());
+        let mut nodes = FxHashMap::default();
         for id in order {
             // A uniform number is one constant, whatever its definition.
             if self.scene.expressions.stage(id) <= crate::expression::Stage::Uniform {
@@ -570,7 +571,7 @@ impl Lowering<'_> {
     }
 
     /// Returns a number that was lowered before, or a uniform one.
-    fn operand(&mut self, id: ExprId, nodes: &HashMap<ExprId, NodeId>) -> NodeId {
+    fn operand(&mut self, id: ExprId, nodes: &FxHashMap<ExprId, NodeId>) -> NodeId {
         match nodes.get(&id) {
             Some(&node) => node,
             None => {
@@ -585,7 +586,7 @@ impl Lowering<'_> {
     fn point_from_coordinates(
         &mut self,
         coordinates: [ExprId; 3],
-        nodes: &HashMap<ExprId, NodeId>,
+        nodes: &FxHashMap<ExprId, NodeId>,
         local_point: LocalPoint,
     ) -> NodeId {
         if let Some(matrix) = affine(&mut self.scene.expressions, coordinates) {

@@ -3,8 +3,9 @@
 
 use crate::expression::{ExprId, Expression, Expressions, ParamId};
 use crate::graph::GraphNumber;
+use rustc_hash::{FxHashMap, FxHashSet};
 use sdfc_vm::uniform::{UniformProgram, UniformStep};
-use std::collections::{HashMap, HashSet};
+use std::collections::HashMap;
 
 /// Uniform numbers that are required so far.
 #[derive(Clone, Debug, Default)]
@@ -91,7 +92,7 @@ pub(crate) fn rewrite_number(
     number: ExprId,
     mut change: impl FnMut(&mut Expressions, ExprId, ExprId, &[ExprId]) -> ExprId,
 ) -> ExprId {
-    let mut new: HashMap<ExprId, ExprId> = HashMap::new();
+    let mut new: FxHashMap<ExprId, ExprId> = FxHashMap::default();
     for id in postorder(expressions, number, |_| false) {
         let new_id = |id: &ExprId| new.get(id).copied().unwrap_or(*id);
         let changed = match expressions.get(id).clone() {
@@ -121,7 +122,7 @@ pub fn postorder(
     id: ExprId,
     is_known: impl Fn(ExprId) -> bool,
 ) -> Vec<ExprId> {
-    let mut reached = HashSet::new();
+    let mut reached = FxHashSet::default();
     let mut pending = vec![id];
     while let Some(id) = pending.pop() {
         if is_known(id) || !reached.insert(id) {

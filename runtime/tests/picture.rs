@@ -326,7 +326,7 @@ fn the_ground_is_flat_up_to_the_horizon() {
     settings.view.from = [0.0, 1.0, 0.0];
     settings.view.look = [0.0, 0.9, -1.0];
     settings.enclosure = Some(Enclosure {
-        finite: Bounds::EMPTY,
+        bounds: Bounds::EMPTY,
         half_spaces: vec![[0.0, 1.0, 0.0, 0.0]],
         exact_half_spaces: 1,
         solid_half_spaces: 1,

@@ -118,8 +118,9 @@ functions! {
     shadow_last_visibility = shadow::last_visibility(sample_visibility, checks);
     shadow_step_to_check = shadow::step_to_check(step, t, next_check_t, checks);
     shadow_is_checked = shadow::is_checked(is_candidate, t, next_check_t, checks);
-    shadow_next_check = shadow::next_check_t(t, value, gradient, size);
+    shadow_next_check = shadow::next_check_t(t, value, gradient, size, t_end);
     shadow_moved_candidate = shadow::moved_candidate_t(to_surface, gradient, direction, t, t_end, size, value, round, moves, gain);
+    shadow_hides_most_at_end = shadow::hides_most_at_end(to_surface, gradient, direction, rest);
     shadow_earlier_candidate = shadow::earlier_candidate_t(t, size, moves, ahead);
     shadow_cannot_darken = shadow::cannot_darken(field, t, size, bound);
     shadow_plane_offset = shadow::plane_offset(to_surface, gradient, direction);

@@ -165,13 +165,13 @@ const MAX_CHECK_SPACING_RADII: f64 = 3.0;
 pub const NO_NEXT_CHECK: f32 = 1e30;
 
 /// Returns the distance along the ray before which no other sample is a candidate, after one at `t` with the field `value`
-/// and its `gradient`.
+/// and its `gradient`. The end of the ray, at `t_end`, is checked in any case: a light is widest there.
 #[inline(always)]
-pub fn next_check_t<R: Real>(t: R, value: R, gradient: R::Vec3, size: R) -> R {
+pub fn next_check_t<R: Real>(t: R, value: R, gradient: R::Vec3, size: R, t_end: R) -> R {
     let distance = value / gradient.length().max(lit(1e-20));
     let radius = (size * t).named("radius");
     let spacing = (distance * lit(CHECK_SPACING)).max(radius * lit(MIN_CHECK_SPACING_RADII));
-    t + spacing.min(radius * lit(MAX_CHECK_SPACING_RADII))
+    (t + spacing.min(radius * lit(MAX_CHECK_SPACING_RADII))).min(t_end)
 }
 
 /// Maximum distance of surfaces from a candidate, in radii of the light there. A ray may find a candidate
@@ -290,6 +290,21 @@ pub fn moved_candidate_t<R: Real>(
         R::not(R::and(is_across, is_nearest)),
     );
     R::select(may_move, target, lit(f64::from(NO_CANDIDATE)))
+}
+
+/// Returns 1 where a surface hides more of a light at the end of the ray than beside a candidate, `rest` before, else 0. The
+/// ray falls towards its tangent plane and ends above it.
+#[inline(always)]
+pub fn hides_most_at_end<R: Real>(
+    to_surface: R::Vec3,
+    gradient: R::Vec3,
+    direction: R::Vec3,
+    rest: R,
+) -> R {
+    let rise = direction.dot(gradient).named("rise");
+    let height_at_end = (rest * rise - to_surface.dot(gradient)).named("height_at_end");
+    let falls = R::and(rise.less(lit(0.0)), lit::<R>(0.0).less(height_at_end));
+    R::select(falls, lit(1.0), lit(0.0))
 }
 
 /// Minimum distance back along the ray from a candidate without a surface, in radii of the light there. Other moves that lead

@@ -10,6 +10,9 @@ use sdfc_vm::bounds::Bounds;
 use sdfc_vm::row::Flat;
 use sdfc_vm::table::Op;
 
+/// Number of bisections of the largest extension, between two of the tried fractions.
+const BISECTIONS: usize = 4;
+
 impl CutterExtension<'_> {
     /// Moves flat faces of a shape outwards where possible.
     pub(super) fn extend_flat_faces(
@@ -190,8 +193,21 @@ impl CutterExtension<'_> {
         if !is_possible(self, smallest) {
             return None;
         }
-        let larger_fraction = larger.iter().find(|&&fraction| is_possible(self, fraction));
-        Some(*larger_fraction.unwrap_or(&smallest))
+        let larger_index = (0..larger.len()).find(|&index| is_possible(self, larger[index]));
+        let (mut possible, next) = match larger_index {
+            Some(0) => return Some(larger[0]),
+            Some(index) => (larger[index], larger[index - 1]),
+            None => (smallest, larger[larger.len() - 1]),
+        };
+        // The face ends near that of the cutter which contains it. In between, its value would hide nearer walls.
+        let mut step = (next - possible) / 2.0;
+        for _ in 0..BISECTIONS {
+            if is_possible(self, possible + step) {
+                possible += step;
+            }
+            step /= 2.0;
+        }
+        Some(possible)
     }
 
     /// Returns the cross sections at two positions along an axis, or supersets of them.

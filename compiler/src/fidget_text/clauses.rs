@@ -3,9 +3,9 @@
 use super::truth::{TruthReader, larger};
 use crate::elaborate::nearest;
 use crate::expression::{ExprId, Expressions};
+use rustc_hash::FxHashMap;
 use sdfc_lang::{Diagnostic, FileId, Sources, Span, codes};
 use sdfc_vm::table::Op;
-use std::collections::HashMap;
 
 /// Maximum number of clauses of a file.
 pub(super) const MAX_CLAUSES: usize = 200_000;
@@ -36,7 +36,7 @@ pub(crate) fn read_clauses(
     let mut reader = ClauseReader {
         file,
         expressions,
-        values: HashMap::new(),
+        values: FxHashMap::default(),
         truths: TruthReader::default(),
         reads_z: false,
         last: None,
@@ -89,7 +89,7 @@ pub(crate) fn read_clauses(
 struct ClauseReader<'a> {
     file: FileId,
     expressions: &'a mut Expressions,
-    values: HashMap<&'a str, ExprId>,
+    values: FxHashMap<&'a str, ExprId>,
     truths: TruthReader,
     reads_z: bool,
     last: Option<(ExprId, Span)>,

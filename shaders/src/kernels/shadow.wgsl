@@ -189,7 +189,7 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
             );
             var probe_ends = false;
             if checks_all && ray.phase > 3.5 && ray.round + ray.moves < 0.5 && ray.next_check_t < NO_NEXT_CHECK {
-                ray.next_check_t = shadow_next_check(ray.candidate_t, ray.value, ray.gradient, ray.size);
+                ray.next_check_t = shadow_next_check(ray.candidate_t, ray.value, ray.gradient, ray.size, exit_t);
             }
             if ray.phase < 0.75 {
                 let is_offset = any(ray.offset != vec3f(0.0));
@@ -224,6 +224,11 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
                     );
                 }
 #end
+                let is_before_end = checks_all && ray.next_check_t < NO_NEXT_CHECK;
+                let rest = t_end - ray.candidate_t;
+                if is_before_end && shadow_hides_most_at_end(to_surface, ray.gradient, direction, rest) > 0.0 {
+                    ray.visibility = visibility;
+                }
                 let target_t = shadow_moved_candidate(
                     to_surface, ray.gradient, direction, ray.candidate_t, t_end, ray.size, ray.value, ray.round, ray.moves,
                     visibility - ray.visibility

@@ -39,7 +39,13 @@ impl<const FORM: u32> LightParams<'_, FORM> {
         let ends_after_check = next_check_t >= shadow::NO_NEXT_CHECK;
         block.next_check_t.0[i] = self.choice.choose(
             is_first & self.checks_all() & !ends_after_check,
-            shadow::next_check_t::<f32>(block.candidate_t.0[i], value, gradient, size),
+            shadow::next_check_t::<f32>(
+                block.candidate_t.0[i],
+                value,
+                gradient,
+                size,
+                block.exit_t.0[i],
+            ),
             next_check_t,
         );
         let outcome = candidate::probe_outcome::<f32>(
@@ -65,6 +71,10 @@ impl<const FORM: u32> LightParams<'_, FORM> {
         let (visibility, light_t) =
             self.probed_visibility(block, i, [v, value], [surface_offset, gradient]);
         let choose = |changes: bool, new: f32, old: f32| self.choice.choose(changes, new, old);
+        let hides_most_at_end =
+            shadow::hides_most_at_end::<f32>(surface_offset, gradient, direction, light_t - t);
+        let is_deferred = self.checks_all() & !ends_after_check & (hides_most_at_end > 0.0);
+        let visibility = choose(is_deferred, v, visibility);
         block.visibility.0[i] = choose(is_found, visibility, v);
         let (round, moves) = (hidden(&block.round), hidden(&block.moves));
         let moved_t = shadow::moved_candidate_t::<f32>(
