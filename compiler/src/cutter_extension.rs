@@ -17,6 +17,7 @@
 //! A shape that was tried in vain stays in the scene, unused: caches hold facts by the places of shapes.
 
 mod convex;
+mod copies;
 mod cover;
 mod covered_sides;
 mod exclusive;
@@ -49,7 +50,7 @@ use sdfc_vm::vector::V3;
 use std::collections::{HashMap, HashSet};
 
 /// Extensions of a face as fractions of the body's size, tried from the largest.
-const EXTENSION_FRACTIONS: [f64; 7] = [1.0, 0.5, 0.25, 0.125, 0.0625, 0.03125, 0.015625];
+const EXTENSION_FRACTIONS: [f64; 4] = [1.0, 0.25, 0.0625, 0.015625];
 /// Overlap of two boxes that counts as none, relative to their coordinates: rounding error of sums in `f64`.
 const TOUCH_TOLERANCE: f64 = 1e-9;
 /// Value that counts as zero, relative to the coordinates: operations round their parameters to `f32`.
@@ -153,6 +154,9 @@ struct CutContext {
     /// Width of the blend between the cutters and the body; infinite if it is not constant.
     blend_radius: f64,
     other_cutters: Vec<OtherCutter>,
+    /// The other operands of the intersections that the extended part belongs to, with the number of steps from the body to
+    /// their frame. Outside of one, an extension removes nothing.
+    clips: Vec<(ShapeId, usize)>,
 }
 
 /// A cutter other than the one that is extended.
@@ -236,6 +240,7 @@ impl CutterExtension<'_> {
             }),
             blend_radius,
             other_cutters: Vec::new(),
+            clips: Vec::new(),
         };
         if blend_radius.is_finite() {
             self.extend_each(cutters, &mut Vec::new(), &mut cut, &previous);
@@ -456,6 +461,7 @@ impl CutterExtension<'_> {
         let id = self.with_kind(id, kind);
         match self.kind(id) {
             ShapeKind::Distance { .. } => self.extend_flat_faces(id, path, cut),
+            ShapeKind::Repeat { .. } | ShapeKind::Polar { .. } => self.extend_copies(id, path, cut),
             _ => id,
         }
     }
@@ -483,9 +489,13 @@ impl CutterExtension<'_> {
                 .fold(Bounds::ALL_SPACE, |common, bounds| {
                     common.intersection(&bounds)
                 });
+            let clips = cut.clips.len();
+            cut.clips
+                .extend(others.iter().map(|&other| (other, path.len())));
             path.push(PathStep::Clip(clip));
             children[index] = self.extend_cutter(children[index], path, cut);
             path.pop();
+            cut.clips.truncate(clips);
         }
         let kind = ShapeKind::Combine {
             op: Op::Intersection,

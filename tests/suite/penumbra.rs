@@ -270,3 +270,49 @@ fn soft_shadows_follow_their_definition() {
         }
     }
 }
+
+/// Lights with a size that hang close above a floor. They are larger than their distance from it.
+const LOW_LAMPS: [&str; 3] = [
+    "at: [2, -0.7, 1.3], shadow: soft(0.4)",
+    "at: [2, -0.9, 1.3], shadow: plain(0.1)",
+    "at: [2, -0.7, 1.3], shadow: plain(0.4)",
+];
+/// Solids that are lit by them.
+const LIT_SOLIDS: [&str; 3] = [
+    "box(1.8).translate(1, 0.2, -1)",
+    "sphere(0.8).translate(0, 0.2, -1)",
+    "cylinder(r: 0.2, h: 400)",
+];
+
+/// A raw field far away changes no light, though all candidates of shadow rays are checked then.
+#[test]
+fn raw_fields_elsewhere_change_no_light_close_above_a_floor() {
+    for kind in [EngineKind::Cpu, EngineKind::Wgsl] {
+        if kind != EngineKind::Cpu && is_gpu_skipped() {
+            continue;
+        }
+        let lamps = &LOW_LAMPS[..if kind == EngineKind::Cpu {
+            LOW_LAMPS.len()
+        } else {
+            1
+        }];
+        for (lamp, solid) in lamps
+            .iter()
+            .flat_map(|lamp| LIT_SOLIDS.map(|solid| (lamp, solid)))
+        {
+            let text = |other: &str| {
+                format!(
+                    "render {{ occlusion: off }}\n\
+                     camera {{ from: [4, 0.6, 6], look: [0, -0.5, 0], fov: 40deg }}\n\
+                     light {{ {lamp}, intensity: 20 }}\n\
+                     plane(Y, at: -1) | {solid}{other}"
+                )
+            };
+            let far = " | field(fn(p) => length(p - [-30, 0, 0]) - 0.2)";
+            let [alone, beside] = ["", far].map(|other| brightness(kind, &text(other)));
+            let pairs = alone.iter().zip(&beside);
+            let largest = pairs.fold(0.0, |largest: f64, (a, b)| largest.max((a - b).abs()));
+            assert!(largest < 0.02, "{lamp}, {solid}, on {kind}: {largest}");
+        }
+    }
+}

@@ -6,7 +6,7 @@
 //! are removed first (`cover`).
 
 use super::mapped::{MappedRange, PointSet, frame_rows};
-use super::regions::{FrameMap, Region};
+use super::regions::{FrameMap, Region, aligned_column};
 use super::section::Section;
 use super::{
     AffineRows, CutContext, CutterExtension, F32_TOLERANCE, PathStep, TOUCH_TOLERANCE, compose,
@@ -20,6 +20,8 @@ use sdfc_vm::table::Op;
 
 /// Maximum number of boxes in one proof by bisection.
 const MAX_BISECTIONS: usize = 400;
+/// Minimum side of a part on either side of a face, as a fraction of the box that it divides.
+const MIN_PART_FRACTION: f64 = 1e-3;
 /// Size of the smallest boxes, as a fraction of the region.
 const MIN_BOX_FRACTION: f64 = 1.0 / 64.0;
 
@@ -79,8 +81,13 @@ impl CutterExtension<'_> {
         let outer_bounds = bounds_of(region).mapped(&region.rows);
         if part.blend_radius > 0.0 {
             // Other cutters may contain the part, but not its blend zone.
-            return self.is_outside_by_intervals(part, region, cut.body, &[]);
+            return self.is_outside_by_intervals(part, region, cut.body, [&[], &[]]);
         }
+        let clips: Vec<(ShapeId, FrameMap)> = cut
+            .clips
+            .iter()
+            .filter_map(|&(id, depth)| Some((id, region.frame_map(depth)?.clone())))
+            .collect();
         let nearby: Vec<(ShapeId, FrameMap)> = cut
             .other_cutters
             .iter()
@@ -105,7 +112,7 @@ impl CutterExtension<'_> {
             remaining.bounds = remaining.bounds.intersection(&body);
         }
         remaining.bounds.is_empty()
-            || self.is_outside_by_intervals(part, &remaining, cut.body, &nearby)
+            || self.is_outside_by_intervals(part, &remaining, cut.body, [&nearby, &clips])
     }
 
     /// Reports whether boxes prove a box free of a shape; `rows` map from the shape's frame to that of the
@@ -150,16 +157,16 @@ impl CutterExtension<'_> {
         part: &GrowingPart,
         region: &Region,
         body: Option<ShapeId>,
-        cutters: &[(ShapeId, FrameMap)],
+        others: [&[(ShapeId, FrameMap)]; 2],
     ) -> bool {
         let (ShapeKind::Primitive { op, .. } | ShapeKind::Distance { op, .. }) = self.kind(part.id)
         else {
-            return self.bisect_intervals(part, None, region, body, cutters);
+            return self.bisect_intervals(part, None, region, body, others);
         };
         let flats = op.row().facts.flats.iter().map(|flat| flat.axis).collect();
         let centre = part.is_straight.then(|| self.bounds(part.id).centre());
         let centre = centre.map(|centre| (centre, flats));
-        self.bisect_intervals(part, centre, region, body, cutters)
+        self.bisect_intervals(part, centre, region, body, others)
     }
 
     /// Returns the change of a shape's value over a unit of length at its surface, at most 1. A tolerance in units of
@@ -184,15 +191,18 @@ impl CutterExtension<'_> {
         unit
     }
 
-    /// Bisects the region; `centre` holds the centre of a straight part and the axes of its flat faces.
+    /// Divides the region, at faces of the boxes of other cutters first. `centre` holds the centre of a straight part and the
+    /// axes of its flat faces.
     fn bisect_intervals(
         &mut self,
         part: &GrowingPart,
         centre: Option<([f64; 3], Vec<usize>)>,
         region: &Region,
         body: Option<ShapeId>,
-        cutters: &[(ShapeId, FrameMap)],
+        [cutters, clips]: [&[(ShapeId, FrameMap)]; 2],
     ) -> bool {
+        let faces = self.faces_of(region, cutters);
+        let clip_units: Vec<f64> = clips.iter().map(|(id, _)| self.value_unit(*id)).collect();
         let body_unit = body.map_or(1.0, |body| self.value_unit(body));
         let cutter_units: Vec<f64> = cutters.iter().map(|(id, _)| self.value_unit(*id)).collect();
         let scene = &*self.scene;
@@ -230,6 +240,13 @@ impl CutterExtension<'_> {
                     return None;
                 }
             }
+            for ((clip, level), unit) in clips.iter().zip(&clip_units) {
+                let value = range.over(*clip, &level.rows, &point_set_in(level, bounds));
+                if value.lo >= -tolerance * unit {
+                    return None;
+                }
+                own_value.hi = own_value.hi.max(value.hi);
+            }
             let mut depth = -value.hi.max(own_value.hi);
             for ((other, level), unit) in cutters.iter().zip(&cutter_units) {
                 let value = range.over(*other, &level.rows, &point_set_in(level, bounds));
@@ -265,15 +282,36 @@ impl CutterExtension<'_> {
                 is_proved = false;
                 break;
             }
-            let centre = (bounds.min[axis] + bounds.max[axis]) / 2.0;
-            let (mut low, mut high) = (bounds, bounds);
-            (low.max[axis], high.min[axis]) = (centre, centre);
+            let (low, high) = divided(&bounds, axis, &faces, tolerance);
             pending.extend([low, high]);
         }
         self.remaining_interval_operations = self
             .remaining_interval_operations
             .saturating_sub(range.range.operations);
         is_proved && pending.is_empty()
+    }
+}
+
+impl CutterExtension<'_> {
+    /// Returns the faces of the boxes of cutters in the frame of a region, as axes and coordinates. Of turned boxes there are none.
+    fn faces_of(&mut self, region: &Region, cutters: &[(ShapeId, FrameMap)]) -> Vec<(usize, f64)> {
+        let mut faces = Vec::new();
+        if region.is_ring {
+            return faces;
+        }
+        for (id, level) in cutters {
+            let bounds = self.bounds(*id);
+            let is_aligned = (0..3).all(|axis| aligned_column(&level.rows, axis).is_some());
+            let to_region = inverse(level.rows.as_flattened()).filter(|_| is_aligned);
+            let ends = to_region.map(|rows| bounds.mapped(&rows));
+            for axis in 0..3 {
+                let ends = ends
+                    .iter()
+                    .flat_map(|ends| [ends.min[axis], ends.max[axis]]);
+                faces.extend(ends.filter(|end| end.is_finite()).map(|end| (axis, end)));
+            }
+        }
+        faces
     }
 }
 
@@ -292,6 +330,24 @@ fn without_margin(region: &Region) -> Bounds {
         }
     }
     inner
+}
+
+/// Divides a box at a face inside of it, or else in the middle of an axis.
+fn divided(
+    bounds: &Bounds,
+    axis: usize,
+    faces: &[(usize, f64)],
+    tolerance: f64,
+) -> (Bounds, Bounds) {
+    let middle = (bounds.min[axis] + bounds.max[axis]) / 2.0;
+    let is_inside = |&&(axis, end): &&(usize, f64)| {
+        let margin = tolerance + (bounds.max[axis] - bounds.min[axis]) * MIN_PART_FRACTION;
+        bounds.min[axis] + margin < end && end < bounds.max[axis] - margin
+    };
+    let (axis, end) = *faces.iter().find(is_inside).unwrap_or(&(axis, middle));
+    let (mut low, mut high) = (*bounds, *bounds);
+    (low.max[axis], high.min[axis]) = (end, end);
+    (low, high)
 }
 
 /// Returns points of a box on a grid, as boxes: its centre first.

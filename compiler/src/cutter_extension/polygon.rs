@@ -121,7 +121,7 @@ impl CutterExtension<'_> {
                 continue;
             }
             let mut accepted = None;
-            self.largest_fraction(|this, fraction| {
+            self.largest_fraction(cut, |this, fraction| {
                 let distance = max_step * fraction;
                 let moved = edge.moved_ends(distance);
                 let Some(new) = with_moved_edge(&points, index, moved, edge.keeps_ends) else {

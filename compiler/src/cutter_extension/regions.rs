@@ -231,10 +231,35 @@ fn mirror_maps(axes: &[f64]) -> Vec<AffineRows> {
     maps
 }
 
-/// Returns the maps to each copy of a polar repetition, up to `MAX_REGIONS`, or of a mirror.
-fn copy_maps(op: Op, numbers: &[f64]) -> Option<Vec<AffineRows>> {
+/// Returns the maps to each copy of a grid, by its spacings, their inverses and its last cells. `None` for too many.
+fn grid_maps(numbers: &[f64]) -> Option<Vec<AffineRows>> {
+    let last = |axis: usize| numbers[6 + axis];
+    let count: f64 = (0..3).map(|axis| last(axis) + 1.0).product();
+    if !(1.0..=MAX_REGIONS as f64).contains(&count) {
+        return None;
+    }
+    let mut maps = vec![IDENTITY];
+    for axis in 0..3 {
+        let shifted = |map: &AffineRows, cell: u32| {
+            let mut map = *map;
+            map[axis][3] = numbers[axis] * (f64::from(cell) - last(axis) / 2.0);
+            map
+        };
+        let cells = 0..=last(axis) as u32;
+        maps = cells
+            .flat_map(|cell| maps.iter().map(move |map| shifted(map, cell)))
+            .collect();
+    }
+    Some(maps)
+}
+
+/// Returns the maps to each copy of a limited or polar repetition, up to `MAX_REGIONS`, or of a mirror.
+pub(super) fn copy_maps(op: Op, numbers: &[f64]) -> Option<Vec<AffineRows>> {
     if op == Op::Mirror {
         return Some(mirror_maps(numbers));
+    }
+    if op == Op::RepeatLimited {
+        return grid_maps(numbers);
     }
     let lateral_axis = match op {
         Op::Polar => 2,
@@ -256,7 +281,7 @@ fn copy_maps(op: Op, numbers: &[f64]) -> Option<Vec<AffineRows>> {
 }
 
 /// Returns the inner axis that is mapped to an outer axis, if the map keeps it separate from the other axes.
-fn aligned_column(rows: &AffineRows, axis: usize) -> Option<usize> {
+pub(super) fn aligned_column(rows: &AffineRows, axis: usize) -> Option<usize> {
     let is_nonzero = |value: f64| value.abs() > 1e-9;
     let mut columns = (0..3).filter(|&column| is_nonzero(rows[axis][column]));
     let column = columns.next()?;

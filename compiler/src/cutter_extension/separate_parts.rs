@@ -126,6 +126,7 @@ impl CutterExtension<'_> {
             size: f64::NAN,
             current_size: f64::NAN,
             blend_radius: 0.0,
+            clips: Vec::new(),
             other_cutters: Vec::new(),
         };
         !common.is_empty() && !self.is_free(&growing, &common, &[], &cut)

@@ -118,7 +118,7 @@ impl CutterExtension<'_> {
                 continue;
             }
             let mut accepted = None;
-            self.largest_fraction(|this, fraction| {
+            self.largest_fraction(cut, |this, fraction| {
                 let new = solid.extended(upper, max_step * fraction);
                 let candidate = this.add_solid(id, &new);
                 let part = GrowingPart {

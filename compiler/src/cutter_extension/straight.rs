@@ -10,8 +10,8 @@ use sdfc_vm::bounds::Bounds;
 use sdfc_vm::row::Flat;
 use sdfc_vm::table::Op;
 
-/// Number of bisections of the largest extension, between two of the tried fractions.
-const BISECTIONS: usize = 4;
+/// Number of bisections of the largest extension into other cutters, between two of the tried fractions.
+const BISECTIONS: usize = 5;
 
 impl CutterExtension<'_> {
     /// Moves flat faces of a shape outwards where possible.
@@ -177,7 +177,7 @@ impl CutterExtension<'_> {
         if is_thick && self.is_free(&part, &between(face - step, face), path, cut) {
             return 0.0;
         }
-        let fraction = self.largest_fraction(|this, fraction| {
+        let fraction = self.largest_fraction(cut, |this, fraction| {
             this.is_free(&part, &between(face, face + step * fraction), path, cut)
         });
         fraction.map_or(0.0, |fraction| max_step * fraction)
@@ -187,6 +187,7 @@ impl CutterExtension<'_> {
     /// impossible.
     pub(super) fn largest_fraction(
         &mut self,
+        cut: &CutContext,
         mut is_possible: impl FnMut(&mut Self, f64) -> bool,
     ) -> Option<f64> {
         let (&smallest, larger) = EXTENSION_FRACTIONS.split_last()?;
@@ -200,8 +201,9 @@ impl CutterExtension<'_> {
             None => (smallest, larger[larger.len() - 1]),
         };
         // The face ends near that of the cutter which contains it. In between, its value would hide nearer walls.
+        let has_others = cut.other_cutters.iter().any(|other| !other.is_extended);
         let mut step = (next - possible) / 2.0;
-        for _ in 0..BISECTIONS {
+        for _ in 0..if has_others { BISECTIONS } else { 0 } {
             if is_possible(self, possible + step) {
                 possible += step;
             }

@@ -58,6 +58,7 @@ impl CutterExtension<'_> {
             current_size: f64::NAN,
             blend_radius: 0.0,
             other_cutters: Vec::new(),
+            clips: Vec::new(),
         };
         self.extend_cutter(id, &mut Vec::new(), &mut cut)
     }

@@ -15,6 +15,12 @@ fn next_stride(light: LightRecord, field: f32, t: f32, min_step: f32, size: f32)
     return shadow_stride(field, t, min_step, size);
 }
 
+// Reports whether a surface beside a candidate hides more at the end of the ray, which is checked, too.
+fn is_left_to_end(ray: ShadowRayState, to_surface: vec3f, direction: vec3f, t_end: f32) -> bool {
+    let hides_most = shadow_hides_most_at_end(to_surface, ray.gradient, direction, t_end - ray.candidate_t);
+    return ray.next_check_t < NO_NEXT_CHECK && hides_most > 0.0;
+}
+
 // Returns the visibility after a probe of a ray to the centre of a light, which found a surface.
 fn probed_visibility(
     ray: ShadowRayState, to_surface: vec3f, direction: vec3f, t_end: f32, shadow_form: u32
@@ -224,11 +230,7 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
                     );
                 }
 #end
-                let is_before_end = checks_all && ray.next_check_t < NO_NEXT_CHECK;
-                let rest = t_end - ray.candidate_t;
-                if is_before_end && shadow_hides_most_at_end(to_surface, ray.gradient, direction, rest) > 0.0 {
-                    ray.visibility = visibility;
-                }
+                if checks_all && is_left_to_end(ray, to_surface, direction, t_end) { ray.visibility = visibility; }
                 let target_t = shadow_moved_candidate(
                     to_surface, ray.gradient, direction, ray.candidate_t, t_end, ray.size, ray.value, ray.round, ray.moves,
                     visibility - ray.visibility
