@@ -48,6 +48,7 @@ use sdfc_vm::row::SetOperation;
 use sdfc_vm::table::Op;
 use sdfc_vm::vector::V3;
 use std::collections::{HashMap, HashSet};
+use union_operands::has_one_material;
 
 /// Extensions of a face as fractions of the body's size, tried from the largest.
 const EXTENSION_FRACTIONS: [f64; 4] = [1.0, 0.25, 0.0625, 0.015625];
@@ -154,6 +155,8 @@ struct CutContext {
     /// Width of the blend between the cutters and the body; infinite if it is not constant.
     blend_radius: f64,
     other_cutters: Vec<OtherCutter>,
+    /// Set if all cutters have one material. Otherwise a cutter that is extended into another would show its own there.
+    has_one_material: bool,
     /// The other operands of the intersections that the extended part belongs to, with the number of steps from the body to
     /// their frame. Outside of one, an extension removes nothing.
     clips: Vec<(ShapeId, usize)>,
@@ -232,6 +235,7 @@ impl CutterExtension<'_> {
     fn extend_cutters_of(&mut self, body: ShapeId, cutters: &mut [ShapeId], blend_radius: f64) {
         let previous = self.previous_cutters(body);
         let shapes: Vec<ShapeId> = [body].into_iter().chain(cutters.iter().copied()).collect();
+        let all_cutters = [&shapes[1..], &previous].concat();
         let mut cut = CutContext {
             body: Some(body),
             size: size_of(&shapes, |id| self.bounds(id)),
@@ -240,6 +244,7 @@ impl CutterExtension<'_> {
             }),
             blend_radius,
             other_cutters: Vec::new(),
+            has_one_material: has_one_material(self.scene, all_cutters),
             clips: Vec::new(),
         };
         if blend_radius.is_finite() {

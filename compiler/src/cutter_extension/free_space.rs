@@ -91,6 +91,7 @@ impl CutterExtension<'_> {
         let nearby: Vec<(ShapeId, FrameMap)> = cut
             .other_cutters
             .iter()
+            .filter(|_| cut.has_one_material)
             .filter(|other| !other.is_extended && !are_disjoint(&other.bounds, &outer_bounds))
             .filter_map(|other| Some((other.id, region.frame_map(other.depth)?.clone())))
             .collect();

@@ -65,7 +65,7 @@ impl CutterExtension<'_> {
                 |a, b| a.cutters.iter().any(|cutter| b.cutters.contains(cutter)),
             );
         }
-        if !has_one_material(self.scene, body) {
+        if !has_one_material(self.scene, vec![body]) {
             self.keep_order(&mut groups, &parts);
         }
         if groups.len() < 2 {
@@ -128,6 +128,7 @@ impl CutterExtension<'_> {
             blend_radius: 0.0,
             clips: Vec::new(),
             other_cutters: Vec::new(),
+            has_one_material: true,
         };
         !common.is_empty() && !self.is_free(&growing, &common, &[], &cut)
     }

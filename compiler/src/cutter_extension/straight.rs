@@ -3,7 +3,9 @@
 use super::covered_sides::rows_to_part;
 use super::free_space::GrowingPart;
 use super::section::{Section, outline};
-use super::{CutContext, CutterExtension, EXTENSION_FRACTIONS, IDENTITY, PathStep, scale};
+use super::{
+    CutContext, CutterExtension, EXTENSION_FRACTIONS, IDENTITY, OtherCutter, PathStep, scale,
+};
 use crate::scene::{ShapeId, ShapeKind};
 use glam::DVec3;
 use sdfc_vm::bounds::Bounds;
@@ -174,7 +176,9 @@ impl CutterExtension<'_> {
             placement: IDENTITY,
             sections: Some(self.straight_sections(id, bounds, (axis, face, face + step))),
         };
-        if is_thick && self.is_free(&part, &between(face - step, face), path, cut) {
+        // The blend zone of a face that was extended before touches the body.
+        let protruding = step - blend_radius.copysign(step);
+        if is_thick && self.is_free(&part, &between(face - protruding, face), path, cut) {
             return 0.0;
         }
         let fraction = self.largest_fraction(cut, |this, fraction| {
@@ -201,9 +205,13 @@ impl CutterExtension<'_> {
             None => (smallest, larger[larger.len() - 1]),
         };
         // The face ends near that of the cutter which contains it. In between, its value would hide nearer walls.
-        let has_others = cut.other_cutters.iter().any(|other| !other.is_extended);
+        let is_contained = |other: &OtherCutter| !other.is_extended && cut.blend_radius == 0.0;
+        let rounds = match cut.other_cutters.iter().any(is_contained) {
+            true => BISECTIONS,
+            false => 0,
+        };
         let mut step = (next - possible) / 2.0;
-        for _ in 0..if has_others { BISECTIONS } else { 0 } {
+        for _ in 0..rounds {
             if is_possible(self, possible + step) {
                 possible += step;
             }

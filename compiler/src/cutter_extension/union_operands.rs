@@ -49,7 +49,7 @@ impl CutterExtension<'_> {
     /// Extends the operands of unions in a shape where other operands contain the extension.
     fn extend_operands(&mut self, id: ShapeId) -> ShapeId {
         // An extension may show another material where the solid is cut.
-        if !has_seams(self.scene, id) || !has_one_material(self.scene, id) {
+        if !has_seams(self.scene, id) || !has_one_material(self.scene, vec![id]) {
             return id;
         }
         let mut cut = CutContext {
@@ -58,6 +58,7 @@ impl CutterExtension<'_> {
             current_size: f64::NAN,
             blend_radius: 0.0,
             other_cutters: Vec::new(),
+            has_one_material: true,
             clips: Vec::new(),
         };
         self.extend_cutter(id, &mut Vec::new(), &mut cut)
@@ -79,11 +80,10 @@ fn has_seams(scene: &Scene, id: ShapeId) -> bool {
     joins || children(kind).iter().any(|&child| has_seams(scene, child))
 }
 
-/// Reports whether all parts of a shape have the same material, or none.
-pub(super) fn has_one_material(scene: &Scene, id: ShapeId) -> bool {
+/// Reports whether all parts of shapes have the same material, or none.
+pub(super) fn has_one_material(scene: &Scene, mut pending: Vec<ShapeId>) -> bool {
     let mut materials = HashSet::new();
-    let mut visited = HashSet::from([id]);
-    let mut pending = vec![id];
+    let mut visited: HashSet<ShapeId> = pending.iter().copied().collect();
     while let Some(id) = pending.pop() {
         let kind = &scene.shapes[id.0 as usize].kind;
         match kind {
