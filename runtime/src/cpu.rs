@@ -21,6 +21,7 @@ mod packet;
 mod plane;
 mod plane_edges;
 pub mod plane_quadtree;
+mod probe_turns;
 mod proved_steps;
 mod ray_tasks;
 mod refine_roots;

@@ -64,6 +64,10 @@ const MAX_EXCESS_DEPTH: f64 = 0.15;
 /// Fraction of the squared limit from which on a probe is too far: less than one, since a step of exactly the limit
 /// is rounded.
 const FAR_FRACTION: f64 = 0.999;
+/// Phase from which on the gradient is measured.
+pub const MIN_TAP_PHASE: f32 = 0.75;
+/// Phase up to which it is measured. Probes follow.
+pub const MAX_TAP_PHASE: f32 = 3.5;
 /// Fractions of phase 4's step at which the middle of a sheet is searched.
 const SHEET_FRACTIONS: [f64; 2] = [1e-4, 0.98];
 /// Phase between phase 4 and those in the middle of a sheet.
@@ -231,17 +235,36 @@ pub fn sample_point<R: Real>(
     gradient: R::Vec3,
     limit: R,
 ) -> R::Vec3 {
-    let zero = lit::<R>(0.0);
+    let tap = tap_point::<R>(point, phase, value, limit);
+    let probe = probe_point::<R>(point, offset, face, phase, value, gradient, limit);
+    let is_tap = phase.less(lit(f64::from(MAX_TAP_PHASE)));
+    R::Vec3::select(is_tap, tap, probe)
+}
+
+/// Returns [`sample_point`] for the phases up to [`MAX_TAP_PHASE`].
+#[inline(always)]
+pub fn tap_point<R: Real>(point: R::Vec3, phase: R, value: R, limit: R) -> R::Vec3 {
     let distance = tap_distance::<R>(value, point, limit).named("distance");
     let component = |axis_phase: f64| {
         let is_axis = (phase - lit(axis_phase)).abs().less(lit(0.5));
-        R::select(is_axis, distance, zero)
+        R::select(is_axis, distance, lit(0.0))
     };
-    let tap = R::Vec3::new(component(1.0), component(2.0), component(3.0));
+    point + R::Vec3::new(component(1.0), component(2.0), component(3.0))
+}
+
+/// Returns [`sample_point`] for the other phases.
+#[inline(always)]
+pub fn probe_point<R: Real>(
+    point: R::Vec3,
+    offset: R::Vec3,
+    face: R::Vec3,
+    phase: R,
+    value: R,
+    gradient: R::Vec3,
+    limit: R,
+) -> R::Vec3 {
     let rounding = rounding::<R>(point);
-    let way = probe_way::<R>(phase, value, gradient, offset, face, rounding, limit).named("way");
-    let is_probe = R::not(phase.less(lit(3.5)));
-    point + R::Vec3::select(is_probe, way, tap)
+    point + probe_way::<R>(phase, value, gradient, offset, face, rounding, limit).named("way")
 }
 
 /// Returns the gradient after one of the phases 1 to 3. `change` is the difference between the tap's value

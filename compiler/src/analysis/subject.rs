@@ -5,6 +5,7 @@
 
 mod extremes;
 mod finite;
+mod linear_bound;
 mod pruned;
 
 use crate::analysis::bounds::ShapeBounds;
@@ -13,6 +14,7 @@ use crate::analysis::extents::SolidParts;
 use crate::scene::{Scene, SceneRef, ShapeId};
 use finite::FiniteFinder;
 use glam::DVec3;
+use linear_bound::LinearBound;
 use pruned::{PARTS, PrunedField};
 use sdfc_vm::bounds::Bounds;
 use sdfc_vm::evaluate::gradient;
@@ -26,17 +28,19 @@ use std::collections::BinaryHeap;
 use std::ops::Range;
 
 /// Maximum level of the octree.
-const MAX_LEVEL: u32 = 8;
-/// Level from which an extent is precise enough.
-const MIN_PRECISE_LEVEL: u32 = 6;
+const MAX_LEVEL: u32 = 6;
+/// Maximum excess of an extent over that of a point inside, in half diagonals of the searched box.
+const PRECISION: f64 = 1.0 / 32.0;
+/// Minimum decrease of a box's extent by bounds of the gradient for other boxes to come first, in units of the precision.
+const MIN_PROGRESS: f64 = 0.125;
 /// Maximum distance of a surface from a box that is near it, in sums of the box's sides.
 const MAX_SURFACE_DISTANCE: f64 = 4.0;
 /// Minimum number of boxes that are evaluated for one direction, for long programs.
-const MIN_BOXES: usize = 300;
+const MIN_BOXES: usize = 150;
 /// Maximum number of boxes that are evaluated for one direction.
-const MAX_BOXES: usize = 3000;
+const MAX_BOXES: usize = 1000;
 /// Maximum number of instructions that are run on boxes for one direction.
-const MAX_INSTRUCTIONS: usize = 150_000;
+const MAX_INSTRUCTIONS: usize = 75_000;
 /// The search restarts in the outline's box if its half diagonal is at most this fraction of the previous
 /// one.
 const MAX_RESTART_RATIO: f64 = 0.7;
@@ -129,7 +133,7 @@ enum NodeState {
     NotEvaluated,
     Empty,
     /// The field may be negative in the box. The program is pruned to it.
-    Undecided(TapeSpan),
+    Undecided(TapeSpan, LinearBound),
 }
 
 struct OutlineSearch<'a> {
@@ -138,6 +142,8 @@ struct OutlineSearch<'a> {
     field: PrunedField<'a>,
     /// Nodes of the octree, the root first.
     nodes: Vec<Node>,
+    /// Points that are proved to be inside.
+    inside_points: Vec<[f64; 3]>,
     /// Maximum number of boxes that are evaluated for one direction.
     max_boxes: usize,
     /// True if a direction was given up, so that its extent may be much smaller.
@@ -185,6 +191,7 @@ impl<'a> OutlineSearch<'a> {
                 first_part: 0,
                 state: NodeState::NotEvaluated,
             }],
+            inside_points: Vec::new(),
             max_boxes: (MAX_INSTRUCTIONS / program.code.len().max(1)).clamp(MIN_BOXES, MAX_BOXES),
             is_incomplete: false,
         }
@@ -199,10 +206,10 @@ impl<'a> OutlineSearch<'a> {
             } = &self.nodes[node];
             match state {
                 NodeState::Empty => {}
-                NodeState::Undecided(_) if *first_part > 0 => {
+                NodeState::Undecided(..) if *first_part > 0 => {
                     pending.extend(*first_part..first_part + PARTS);
                 }
-                NodeState::Undecided(_) | NodeState::NotEvaluated => return false,
+                NodeState::Undecided(..) | NodeState::NotEvaluated => return false,
             }
         }
         true
@@ -217,11 +224,11 @@ impl<'a> OutlineSearch<'a> {
             let mut next = Vec::with_capacity(nodes.len() * PARTS);
             for &node in &nodes {
                 let parts = self.parts(node);
-                next.extend(parts.filter(|&part| self.may_be_inside(part)));
+                next.extend(parts.filter(|&part| self.bound(part).is_some()));
             }
             let is_last = next
                 .first()
-                .is_none_or(|&node| self.nodes[node].cell.0 >= MIN_PRECISE_LEVEL);
+                .is_none_or(|&node| self.nodes[node].cell.0 >= MAX_LEVEL);
             if next.len() <= max_cells && !next.is_empty() {
                 nodes = next;
             }
@@ -229,13 +236,8 @@ impl<'a> OutlineSearch<'a> {
                 break;
             }
         }
-        let centre = |&node: &usize| {
-            [0, 1, 2].map(|axis| {
-                let range = self.range(self.nodes[node].cell, axis);
-                range.lo + (range.hi - range.lo) / 2.0
-            })
-        };
-        nodes.iter().map(centre).collect()
+        let middle = |&node: &usize| self.middle(self.nodes[node].cell);
+        nodes.iter().map(middle).collect()
     }
 
     fn extent(&mut self, direction: [f64; 3]) -> f64 {
@@ -249,14 +251,34 @@ impl<'a> OutlineSearch<'a> {
         };
         let mut queue = BinaryHeap::from([candidate(self, ROOT)]);
         let mut evaluated_boxes = 0;
+        // The largest extent of points that are proved to be inside, and the number of those that were compared.
+        let (mut inside_extent, mut compared) = (f64::NEG_INFINITY, 0);
+        let precision = self.bounds.half_diagonal() * DVec3::from(direction).length() * PRECISION;
         while let Some(Candidate { extent, cell, node }) = queue.pop() {
             let (level, _) = cell;
             evaluated_boxes += 1;
             if evaluated_boxes > self.max_boxes {
-                self.is_incomplete |= level < MIN_PRECISE_LEVEL;
+                self.is_incomplete |= level < MAX_LEVEL;
                 return extent;
             }
-            if !self.may_be_inside(node) {
+            let Some(bound) = self.bound(node) else {
+                continue;
+            };
+            for point in &self.inside_points[compared..] {
+                inside_extent = inside_extent.max(dot(direction, *point));
+            }
+            compared = self.inside_points.len();
+            if extent <= inside_extent + precision {
+                return extent;
+            }
+            let reached = self.upper_extent(cell, direction) - bound.unreached(direction);
+            if reached < extent - precision * MIN_PROGRESS {
+                // Other boxes may extend farther.
+                queue.push(Candidate {
+                    extent: reached,
+                    cell,
+                    node,
+                });
                 continue;
             }
             if level == MAX_LEVEL {
@@ -264,7 +286,13 @@ impl<'a> OutlineSearch<'a> {
                 return extent;
             }
             let parts = self.parts(node);
-            queue.extend(parts.map(|part| candidate(self, part)));
+            queue.extend(parts.map(|part| {
+                let part = candidate(self, part);
+                Candidate {
+                    extent: part.extent.min(extent),
+                    ..part
+                }
+            }));
         }
         // The box is empty: its own extent is returned.
         self.upper_extent(self.nodes[ROOT].cell, direction)
@@ -276,7 +304,7 @@ impl<'a> OutlineSearch<'a> {
     ///
     fn is_near_surface(&self, cell: SubjectCell) -> bool {
         let sides = [0, 1, 2].map(|axis| self.range(cell, axis));
-        let [x, y, z] = sides.map(|side| side.lo + (side.hi - side.lo) / 2.0);
+        let [x, y, z] = self.middle(cell);
         let sample = gradient::<f64>(self.program, V3::new(x, y, z));
         let V3 { x, y, z } = sample.gradient;
         let slope = DVec3::new(x, y, z).length();
@@ -289,6 +317,13 @@ impl<'a> OutlineSearch<'a> {
         let side = (high - low) / f64::from(1 << level);
         let lo = low + f64::from(index[axis]) * side;
         Interval { lo, hi: lo + side }
+    }
+
+    fn middle(&self, cell: SubjectCell) -> [f64; 3] {
+        [0, 1, 2].map(|axis| {
+            let Interval { lo, hi } = self.range(cell, axis);
+            lo + (hi - lo) / 2.0
+        })
     }
 
     fn upper_extent(&self, cell: SubjectCell, direction: [f64; 3]) -> f64 {
@@ -315,13 +350,16 @@ impl<'a> OutlineSearch<'a> {
         first..first + PARTS
     }
 
-    /// Reports whether intervals leave it open that a box contains a part of the solid. The parts of its parent are
-    /// evaluated together.
-    fn may_be_inside(&mut self, node: usize) -> bool {
+    /// Returns bounds of the field in a box, and `None` if intervals exclude that it contains a part of the solid. The
+    /// parts of its parent are evaluated together.
+    fn bound(&mut self, node: usize) -> Option<LinearBound> {
         if let NodeState::NotEvaluated = self.nodes[node].state {
             self.evaluate(node);
         }
-        matches!(self.nodes[node].state, NodeState::Undecided(_))
+        match &self.nodes[node].state {
+            NodeState::Undecided(_, bound) => Some(*bound),
+            NodeState::Empty | NodeState::NotEvaluated => None,
+        }
     }
 
     /// Evaluates a box and its siblings.
@@ -332,7 +370,7 @@ impl<'a> OutlineSearch<'a> {
             _ => self.parts(parent),
         };
         let program = match &self.nodes[parent].state {
-            NodeState::Undecided(program) => program.clone(),
+            NodeState::Undecided(program, _) => program.clone(),
             NodeState::NotEvaluated | NodeState::Empty => self.field.root(),
         };
         let boxes = std::array::from_fn(|part| {
@@ -341,9 +379,22 @@ impl<'a> OutlineSearch<'a> {
             V3 { x, y, z }
         });
         for (sibling, part) in siblings.zip(self.field.parts(&program, &boxes)) {
-            self.nodes[sibling].state = part.map_or(NodeState::Empty, NodeState::Undecided);
+            if part
+                .as_ref()
+                .is_some_and(|(_, bound)| bound.is_middle_inside)
+            {
+                let middle = self.middle(self.nodes[sibling].cell);
+                self.inside_points.push(middle);
+            }
+            self.nodes[sibling].state = part.map_or(NodeState::Empty, |(program, bound)| {
+                NodeState::Undecided(program, bound)
+            });
         }
     }
+}
+
+fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
+    DVec3::from(a).dot(DVec3::from(b))
 }
 
 /// Returns the eight parts of a box.

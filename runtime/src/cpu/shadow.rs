@@ -4,6 +4,7 @@ mod candidate_check;
 mod sized;
 mod starts;
 
+use super::probe_turns::{is_probe, probes_next};
 use super::ray_tasks::{
     ColumnChoice, RayTask, any_nonzero, is_nan, lane_vector, lanes, run_streamed, set_lane_vector,
     store_point,
@@ -178,21 +179,9 @@ impl<const FORM: u32> RayTask for ShadowRays<'_, FORM> {
 
     #[inline(always)]
     fn divergent_points(&self, block: &ShadowLanes, points: &mut Points) {
-        for i in 0..LANES {
-            let limit = shadow::candidate_limit(
-                block.candidate_t.0[i],
-                lane_size::<FORM>(block, i, self.light.size),
-            );
-            let (phase, value) = (block.phase.0[i], block.value.0[i]);
-            let (point, offset, face, gradient) = (
-                round_point(block, i),
-                lane_offset(block, i),
-                lane_face(block, i),
-                lane_gradient(block, i),
-            );
-            let p =
-                candidate::sample_point::<f32>(point, offset, face, phase, value, gradient, limit);
-            store_point(points, i, p);
+        match probes_next(&block.phase) {
+            true => self.check_points::<true>(block, points),
+            false => self.check_points::<false>(block, points),
         }
     }
 
@@ -203,21 +192,9 @@ impl<const FORM: u32> RayTask for ShadowRays<'_, FORM> {
         values: &F32x64,
         ended: &mut [bool; LANES],
     ) {
-        let light_params = self.light_params();
-        let check_step = if light_params.checks_all() { 0.0 } else { 1.0 };
-        let mut transitions = sized::RayTransitions::default();
-        for (i, ended) in ended.iter_mut().enumerate() {
-            block.steps.0[i] += check_step;
-            let field = values.0[i] * block.side.0[i];
-            let (is_out_of_steps, is_last) = light_params.step_check(block, i, field);
-            *ended = is_out_of_steps | is_nan(field) | (is_last & (FORM != SIZED));
-            if FORM == SIZED {
-                transitions.kind.0[i] = if is_last { sized::RAY_ENDED } else { 0.0 };
-                transitions.visibility_or_size.0[i] = block.visibility.0[i];
-            }
-        }
-        if FORM == SIZED {
-            light_params.begin_next_rays(block, &transitions, ended);
+        match probes_next(&block.phase) {
+            true => self.advance_checks::<true>(block, values, ended),
+            false => self.advance_checks::<false>(block, values, ended),
         }
     }
 
@@ -238,6 +215,54 @@ impl<const FORM: u32> ShadowRays<'_, FORM> {
     #[inline(always)]
     fn proves_steps(&self) -> bool {
         marching::proves_steps(self.frame.step_factor)
+    }
+
+    /// Computes the points of checks. With `PROBES` those of probes matter, else those of the phases before.
+    #[inline(always)]
+    fn check_points<const PROBES: bool>(&self, block: &ShadowLanes, points: &mut Points) {
+        for i in 0..LANES {
+            let limit = shadow::candidate_limit(
+                block.candidate_t.0[i],
+                lane_size::<FORM>(block, i, self.light.size),
+            );
+            let (phase, value) = (block.phase.0[i], block.value.0[i]);
+            let point = round_point(block, i);
+            let p = if PROBES {
+                let (offset, face) = (lane_offset(block, i), lane_face(block, i));
+                let gradient = lane_gradient(block, i);
+                candidate::probe_point::<f32>(point, offset, face, phase, value, gradient, limit)
+            } else {
+                candidate::tap_point::<f32>(point, phase, value, limit)
+            };
+            store_point(points, i, p);
+        }
+    }
+
+    /// Advances checks. With `PROBES` those in probes advance, else the others.
+    #[inline(always)]
+    fn advance_checks<const PROBES: bool>(
+        &self,
+        block: &mut ShadowLanes,
+        values: &F32x64,
+        ended: &mut [bool; LANES],
+    ) {
+        let light_params = self.light_params();
+        let check_step = if light_params.checks_all() { 0.0 } else { 1.0 };
+        let mut transitions = sized::RayTransitions::default();
+        for (i, ended) in ended.iter_mut().enumerate() {
+            let advances = is_probe(block.phase.0[i]) == PROBES;
+            block.steps.0[i] += if advances { check_step } else { 0.0 };
+            let field = values.0[i] * block.side.0[i];
+            let (is_out_of_steps, is_last) = light_params.step_check::<PROBES>(block, i, field);
+            *ended = advances & (is_out_of_steps | is_nan(field) | (is_last & (FORM != SIZED)));
+            if FORM == SIZED {
+                transitions.kind.0[i] = if is_last { sized::RAY_ENDED } else { 0.0 };
+                transitions.visibility_or_size.0[i] = block.visibility.0[i];
+            }
+        }
+        if FORM == SIZED {
+            light_params.begin_next_rays(block, &transitions, ended);
+        }
     }
 
     /// Advances rays that are not divergent. With `PROVES`, samples on their steps prove that there is no surface.

@@ -17,6 +17,10 @@ const SAMPLE_FRACTIONS: [f64; 2] = [1.0, 0.38];
 /// which a field is constant, such as the exponent zero.
 const TYPICAL_FRACTION: f64 = 0.62;
 
+/// Distance of a sample beside a corner from the centre, in units of the corner's. At a corner itself, a number may be
+/// undefined.
+const CORNER_FRACTION: f64 = 0.999;
+
 /// Maximum ratio of the bound after halving a range to that after halving space, for the range to be
 /// halved.
 const MAX_RANGE_RATIO: f64 = 0.95;
@@ -187,16 +191,38 @@ impl SlopeSearch {
         }
     }
 
+    /// Samples the slope beside the corners of a node, where that of a polynomial is steepest.
+    pub(super) fn sample_corners(&mut self, sub_box: &SubBox) {
+        if !sub_box.is_finite() {
+            return;
+        }
+        let SubBox { bounds, ranges, .. } = sub_box;
+        let centre = bounds.centre();
+        for corner in bounds.corners() {
+            let point = std::array::from_fn(|axis| {
+                centre[axis] + (corner[axis] - centre[axis]) * CORNER_FRACTION
+            });
+            let (min, max) = (point, point);
+            self.sample(&Bounds { min, max }, ranges);
+        }
+    }
+
     /// Samples the slope at the centre of a node; returns the square of the steepest slope so far.
     pub(super) fn sample_lower_bound(&mut self, sub_box: &SubBox) -> f64 {
-        let samples = if sub_box.ranges.is_empty() { 1 } else { 2 };
+        self.sample(&sub_box.bounds, &sub_box.ranges);
+        self.max_square
+    }
+
+    /// Samples the slope at the centre of a box.
+    fn sample(&mut self, bounds: &Bounds, ranges: &[Interval]) {
+        let samples = if ranges.is_empty() { 1 } else { 2 };
         for fraction in &SAMPLE_FRACTIONS[..samples] {
             let at_fraction =
                 |range: &Interval| Interval::point(range.lo + (range.hi - range.lo) * fraction);
-            let ranges: Vec<Interval> = sub_box.ranges.iter().map(at_fraction).collect();
+            let ranges: Vec<Interval> = ranges.iter().map(at_fraction).collect();
             let relevant = self.relevant_values;
             let gradients = self.point_numbers.iter_mut().map(|number| {
-                let Dual { value, gradient } = number.eval(&sub_box.bounds, &ranges);
+                let Dual { value, gradient } = number.eval(bounds, &ranges);
                 let square = gradient.x.powi(2) + gradient.y.powi(2) + gradient.z.powi(2);
                 if relevant.lo <= value && value <= relevant.hi {
                     square
@@ -207,7 +233,6 @@ impl SlopeSearch {
             // `max` ignores NaN.
             self.max_square = self.max_square.max(gradients.sum());
         }
-        self.max_square
     }
 
     /// Returns the steepest sampled slope.

@@ -1,5 +1,6 @@
 //! Bounds of a field in the eight parts of a box, by programs pruned to boxes. The parts are evaluated together.
 
+use super::linear_bound::LinearBound;
 use sdfc_vm::dual::Dual;
 use sdfc_vm::interval::{FloatInterval, Interval};
 use sdfc_vm::lanes::{F32x64, LaneNumber, with_identity_jacobian_of_boxes};
@@ -52,29 +53,30 @@ impl<'a> PrunedField<'a> {
         self.root.clone()
     }
 
-    /// Returns for each part of a box the program pruned to it, and `None` where the field is proved to be above
-    /// zero. The program `parent` is that of the box.
+    /// Returns for each part of a box the program pruned to it and bounds of the field, and `None` where the field is
+    /// proved to be above zero. The program `parent` is that of the box.
     pub(super) fn parts(
         &mut self,
         parent: &TapeSpan,
         parts: &[PartBox; PARTS],
-    ) -> [Option<TapeSpan>; PARTS] {
+    ) -> [Option<(TapeSpan, LinearBound)>; PARTS] {
         let tape = &self.clauses[parent.clone()];
         write_boxes(self.tracer.boxes(), parts);
         let [low, _] = *self.tracer.run(self.program, tape, PARTS);
-        let mut is_positive: [bool; PARTS] = std::array::from_fn(|part| low.0[part] > 0.0);
-        if is_positive.contains(&false) {
-            let by_gradient = self.positive_by_gradient(parent, parts);
-            for (is_positive, by_gradient) in is_positive.iter_mut().zip(by_gradient) {
-                *is_positive |= by_gradient;
-            }
+        let is_positive: [bool; PARTS] = std::array::from_fn(|part| low.0[part] > 0.0);
+        if !is_positive.contains(&false) {
+            return [const { None }; PARTS];
         }
-        std::array::from_fn(|part| (!is_positive[part]).then(|| self.prune(parent, part)))
+        let bounds = self.linear_bounds(parent, parts);
+        std::array::from_fn(|part| {
+            let bound = bounds[part];
+            let is_empty = is_positive[part] || bound.is_positive();
+            (!is_empty).then(|| (self.prune(parent, part), bound))
+        })
     }
 
-    /// Reports in which parts the gradient bounds exclude that the field falls from its value in the middle to
-    /// zero.
-    fn positive_by_gradient(&mut self, tape: &TapeSpan, parts: &[PartBox; PARTS]) -> [bool; PARTS] {
+    /// Bounds the field in the parts by its value in the middle and by its gradient.
+    fn linear_bounds(&mut self, tape: &TapeSpan, parts: &[PartBox; PARTS]) -> [LinearBound; PARTS] {
         let tape = &self.clauses[tape.clone()];
         let sides = parts.map(|V3 { x, y, z }| [x, y, z]);
         let centres = sides.map(|sides| {
@@ -89,16 +91,13 @@ impl<'a> PrunedField<'a> {
         let slopes = self.slopes.run(self.program, tape, PARTS);
         std::array::from_fn(|part| {
             let Dual { gradient, .. } = Dual::<FloatInterval>::load(slopes, part);
-            let components = [gradient.x, gradient.y, gradient.z].into_iter();
-            let fall: f64 = components
-                .zip(sides[part])
-                .map(|(slope, side)| {
-                    let magnitude = slope.lo.abs().max(slope.hi.abs());
-                    f64::from(magnitude) * (side.hi - side.lo) / 2.0
-                })
-                .sum();
-            // False for NaN.
-            fall < f64::from(values[0].0[part])
+            let wide = |FloatInterval { lo, hi, .. }| [f64::from(lo), f64::from(hi)];
+            LinearBound {
+                value: f64::from(values[0].0[part]),
+                is_middle_inside: values[1].0[part] < 0.0,
+                gradient: [gradient.x, gradient.y, gradient.z].map(wide),
+                half_sides: sides[part].map(|side| (side.hi - side.lo) / 2.0),
+            }
         })
     }
 
@@ -188,7 +187,7 @@ mod tests {
                 sides = part_of(sides, chosen);
                 let centre = sides.map(|side| side.lo + (side.hi - side.lo) / 2.0);
                 let expected = evaluate_f64(&program, centre);
-                let Some(part) = &parts[chosen] else {
+                let Some((part, _)) = &parts[chosen] else {
                     assert!(expected > 0.0, "{sides:?}");
                     outside += 1;
                     break;

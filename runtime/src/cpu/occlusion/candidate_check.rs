@@ -1,6 +1,7 @@
 //! Checks of occluder candidates at taps: whether a surface is as near as the field says, by the phases of
 //! [`candidate`].
 
+use super::super::probe_turns::{is_probe, probes_next};
 use super::super::ray_tasks::{
     ColumnChoice, RayTask, is_nan, lane_vector, lanes, run_streamed, set_lane_vector, store_point,
 };
@@ -66,15 +67,32 @@ pub(super) fn check_candidates(
     evaluator: &mut dyn Evaluator,
 ) -> u64 {
     let items: Vec<u32> = (0..candidates.len() as u32).collect();
-    let mut checks = CandidateChecks { candidates, hidden };
-    if evaluator.preferred_blocks(FieldQuantity::Distances) > 1 {
-        return run_streamed(&mut checks, evaluator, &items);
+    let mut checks = CandidateChecks {
+        candidates,
+        hidden_weights: vec![0.0; candidates.len()],
+    };
+    let evaluations = run_checks(&mut checks, &items, evaluator);
+    // In the order of the taps, whatever the order in which checks end.
+    for (candidate, weight) in candidates.iter().zip(checks.hidden_weights) {
+        hidden[candidate.item as usize] += weight;
     }
-    let regions: Vec<Aabb> = candidates.chunks(LANES).map(probe_region).collect();
+    evaluations
+}
+
+/// Runs checks, grouped by regions if the evaluator takes a block at a time; returns the number of evaluations.
+fn run_checks(
+    checks: &mut CandidateChecks<'_>,
+    items: &[u32],
+    evaluator: &mut dyn Evaluator,
+) -> u64 {
+    if evaluator.preferred_blocks(FieldQuantity::Distances) > 1 {
+        return run_streamed(checks, evaluator, items);
+    }
+    let regions: Vec<Aabb> = checks.candidates.chunks(LANES).map(probe_region).collect();
     evaluator.prune_for_regions(FieldQuantity::Distances, &regions);
     let check_chunk = |(probe_region, items): (usize, &[u32])| {
         evaluator.select_region(Some(probe_region));
-        run_streamed(&mut checks, evaluator, items)
+        run_streamed(checks, evaluator, items)
     };
     let evaluations = items.chunks(LANES).enumerate().map(check_chunk).sum();
     evaluator.select_region(None);
@@ -103,7 +121,7 @@ fn probe_region(candidates: &[OccluderCandidate]) -> Aabb {
 /// Checks of candidates; items are indices in their list.
 struct CandidateChecks<'a> {
     candidates: &'a [OccluderCandidate],
-    hidden: &'a mut [f32],
+    hidden_weights: Vec<f32>,
 }
 
 impl RayTask for CandidateChecks<'_> {
@@ -131,93 +149,17 @@ impl RayTask for CandidateChecks<'_> {
 
     #[inline(always)]
     fn points(&self, block: &CheckLanes, points: &mut Points) {
-        for i in 0..LANES {
-            let (point, offset, face, gradient) = (
-                round_point(block, i),
-                lane_offset(block, i),
-                lane_face(block, i),
-                lane_gradient(block, i),
-            );
-            let (phase, value, limit) = (block.phase.0[i], block.value.0[i], block.limit.0[i]);
-            let p =
-                candidate::sample_point::<f32>(point, offset, face, phase, value, gradient, limit);
-            store_point(points, i, p);
+        match probes_next(&block.phase) {
+            true => check_points::<true>(block, points),
+            false => check_points::<false>(block, points),
         }
     }
 
     #[inline(always)]
     fn advance(&self, block: &mut CheckLanes, values: &F32x64, ended: &mut [bool; LANES]) {
-        let choice = ColumnChoice::new();
-        for (i, ended) in ended.iter_mut().enumerate() {
-            let field = values.0[i] * block.side.0[i];
-            let (phase, value, limit) = (block.phase.0[i], block.value.0[i], block.limit.0[i]);
-            let (point, offset, gradient) = (
-                round_point(block, i),
-                lane_offset(block, i),
-                lane_gradient(block, i),
-            );
-            let is_tap = phase < 3.5;
-            let tap_distance = candidate::tap_distance::<f32>(value, point, limit);
-            let new_gradient =
-                candidate::add_tap::<f32>(gradient, phase, field - value, tap_distance);
-            let next = candidate::next_offset::<f32>(
-                point,
-                offset,
-                lane_face(block, i),
-                phase,
-                value,
-                gradient,
-                limit,
-            );
-            let round = block.round.0[i];
-            let outcome = candidate::probe_outcome::<f32>(
-                point,
-                gradient,
-                round,
-                phase,
-                value,
-                field,
-                offset,
-                lane_face(block, i),
-                next,
-                limit,
-            );
-            let is_repeat = !is_tap & (outcome == 0.0);
-            let goes_back = !is_tap & (outcome > candidate::MIN_PHASE_OUTCOME);
-            let surface_offset = candidate::surface_offset::<f32>(offset, next, value, field);
-            let distance = if outcome > 0.0 {
-                surface_offset.length()
-            } else {
-                candidate::NO_SURFACE
-            };
-            let restart_value = candidate::restart_value::<f32>(field);
-            let is_nan_value = is_nan(field);
-            // NaN hides nothing.
-            block.distance.0[i] = if is_nan_value {
-                candidate::NO_SURFACE
-            } else {
-                distance
-            };
-            let gradient_part = |new: f32, old: f32| {
-                let kept = choice.choose(!goes_back, 0.0, old);
-                choice.choose(is_tap, new, kept)
-            };
-            block.gradient_x.0[i] = gradient_part(new_gradient.x, gradient.x);
-            block.gradient_y.0[i] = gradient_part(new_gradient.y, gradient.y);
-            block.gradient_z.0[i] = gradient_part(new_gradient.z, gradient.z);
-            let if_repeat = |new: f32, old: f32| choice.choose(is_repeat, new, old);
-            block.offset_x.0[i] = if_repeat(next.x, offset.x);
-            block.offset_y.0[i] = if_repeat(next.y, offset.y);
-            block.offset_z.0[i] = if_repeat(next.z, offset.z);
-            let face = lane_face(block, i);
-            block.face_x.0[i] = if_repeat(gradient.x, face.x);
-            block.face_y.0[i] = if_repeat(gradient.y, face.y);
-            block.face_z.0[i] = if_repeat(gradient.z, face.z);
-            block.value.0[i] = if_repeat(restart_value, value);
-            block.round.0[i] += if is_repeat { 1.0 } else { 0.0 };
-            let later_phase = if goes_back { outcome } else { 1.0 };
-            block.phase.0[i] = if is_tap { phase + 1.0 } else { later_phase };
-            *ended = is_nan_value | (!is_tap & !is_repeat & !goes_back);
+        match probes_next(&block.phase) {
+            true => advance_checks::<true>(block, values, ended),
+            false => advance_checks::<false>(block, values, ended),
         }
     }
 
@@ -230,8 +172,109 @@ impl RayTask for CandidateChecks<'_> {
             ..
         } = candidate.tap;
         let field = block.distance.0[lane] + candidate.open_margin;
-        self.hidden[candidate.item as usize] +=
+        self.hidden_weights[item as usize] =
             occlusion::hidden_weight(field, height, distance, weight);
+    }
+}
+
+/// Computes the points of checks. With `PROBES` those of probes matter, else those of the phases before.
+#[inline(always)]
+fn check_points<const PROBES: bool>(block: &CheckLanes, points: &mut Points) {
+    for i in 0..LANES {
+        let (phase, value, limit) = (block.phase.0[i], block.value.0[i], block.limit.0[i]);
+        let point = round_point(block, i);
+        let p = if PROBES {
+            let (offset, face) = (lane_offset(block, i), lane_face(block, i));
+            let gradient = lane_gradient(block, i);
+            candidate::probe_point::<f32>(point, offset, face, phase, value, gradient, limit)
+        } else {
+            candidate::tap_point::<f32>(point, phase, value, limit)
+        };
+        store_point(points, i, p);
+    }
+}
+
+/// Advances checks by the field's values. With `PROBES` those in probes advance, else the others.
+#[inline(always)]
+fn advance_checks<const PROBES: bool>(
+    block: &mut CheckLanes,
+    values: &F32x64,
+    ended: &mut [bool; LANES],
+) {
+    let choice = ColumnChoice::new();
+    for (i, ended) in ended.iter_mut().enumerate() {
+        let field = values.0[i] * block.side.0[i];
+        let (phase, value, limit) = (block.phase.0[i], block.value.0[i], block.limit.0[i]);
+        let (point, offset, gradient) = (
+            round_point(block, i),
+            lane_offset(block, i),
+            lane_gradient(block, i),
+        );
+        let is_probing = PROBES & is_probe(phase);
+        let is_tap = !PROBES & !is_probe(phase);
+        let advances = is_probing | is_tap;
+        let tap_distance = candidate::tap_distance::<f32>(value, point, limit);
+        let new_gradient = candidate::add_tap::<f32>(gradient, phase, field - value, tap_distance);
+        let next = candidate::next_offset::<f32>(
+            point,
+            offset,
+            lane_face(block, i),
+            phase,
+            value,
+            gradient,
+            limit,
+        );
+        let round = block.round.0[i];
+        let outcome = candidate::probe_outcome::<f32>(
+            point,
+            gradient,
+            round,
+            phase,
+            value,
+            field,
+            offset,
+            lane_face(block, i),
+            next,
+            limit,
+        );
+        let is_repeat = is_probing & (outcome == 0.0);
+        let goes_back = is_probing & (outcome > candidate::MIN_PHASE_OUTCOME);
+        let surface_offset = candidate::surface_offset::<f32>(offset, next, value, field);
+        let distance = if outcome > 0.0 {
+            surface_offset.length()
+        } else {
+            candidate::NO_SURFACE
+        };
+        let restart_value = candidate::restart_value::<f32>(field);
+        let is_nan_value = is_nan(field);
+        // NaN hides nothing.
+        let distance = if is_nan_value {
+            candidate::NO_SURFACE
+        } else {
+            distance
+        };
+        block.distance.0[i] = choice.choose(advances, distance, block.distance.0[i]);
+        let gradient_part = |new: f32, old: f32| {
+            let kept = choice.choose(is_probing & !goes_back, 0.0, old);
+            choice.choose(is_tap, new, kept)
+        };
+        block.gradient_x.0[i] = gradient_part(new_gradient.x, gradient.x);
+        block.gradient_y.0[i] = gradient_part(new_gradient.y, gradient.y);
+        block.gradient_z.0[i] = gradient_part(new_gradient.z, gradient.z);
+        let if_repeat = |new: f32, old: f32| choice.choose(is_repeat, new, old);
+        block.offset_x.0[i] = if_repeat(next.x, offset.x);
+        block.offset_y.0[i] = if_repeat(next.y, offset.y);
+        block.offset_z.0[i] = if_repeat(next.z, offset.z);
+        let face = lane_face(block, i);
+        block.face_x.0[i] = if_repeat(gradient.x, face.x);
+        block.face_y.0[i] = if_repeat(gradient.y, face.y);
+        block.face_z.0[i] = if_repeat(gradient.z, face.z);
+        block.value.0[i] = if_repeat(restart_value, value);
+        block.round.0[i] += if is_repeat { 1.0 } else { 0.0 };
+        let later_phase = if goes_back { outcome } else { 1.0 };
+        let probed_phase = choice.choose(is_probing, later_phase, phase);
+        block.phase.0[i] = if is_tap { phase + 1.0 } else { probed_phase };
+        *ended = advances & (is_nan_value | (is_probing & !is_repeat & !goes_back));
     }
 }
 

@@ -5,15 +5,21 @@ use super::{
     F32x64, LightParams, SIZED, ShadowLanes, lane_axis, lane_direction, lane_face, lane_gradient,
     lane_offset, lane_size, round_point, set_face,
 };
+use crate::cpu::probe_turns::{is_probe, is_start};
 use sdfc_shaders::{candidate, shadow};
 use sdfc_vm::real::Vector3;
 use sdfc_vm::vector::V3;
 
 impl<const FORM: u32> LightParams<'_, FORM> {
     /// Advances the check of a candidate by an evaluation. Reports whether the ray gives up, out of steps,
-    /// and whether it is done after the check.
+    /// and whether it is done after the check. With `PROBES` only a probe advances, else only the phases before.
     #[inline(always)]
-    pub(super) fn step_check(self, block: &mut ShadowLanes, i: usize, field: f32) -> (bool, bool) {
+    pub(super) fn step_check<const PROBES: bool>(
+        self,
+        block: &mut ShadowLanes,
+        i: usize,
+        field: f32,
+    ) -> (bool, bool) {
         let hidden = |column: &F32x64| self.choice.hide(column.0[i]);
         let (phase, value) = (hidden(&block.phase), hidden(&block.value));
         let steps_before = if FORM == SIZED {
@@ -26,9 +32,9 @@ impl<const FORM: u32> LightParams<'_, FORM> {
         let (point, offset) = (round_point(block, i), lane_offset(block, i));
         let (face, gradient) = (lane_face(block, i), lane_gradient(block, i));
         let limit = shadow::candidate_limit(block.candidate_t.0[i], size);
-        let is_start = phase < 0.75;
-        let is_probe_phase = phase > 3.5;
-        let is_tap = !is_probe_phase & (phase > 0.75);
+        let is_probe_phase = PROBES & is_probe(phase);
+        let is_start = !PROBES & is_start(phase);
+        let is_tap = !PROBES & !is_probe(phase) & !is_start;
 
         let tap_distance = candidate::tap_distance::<f32>(value, point, limit);
         let new_gradient = candidate::add_tap::<f32>(gradient, phase, field - value, tap_distance);
