@@ -17,6 +17,7 @@ use sdfc_compiler::passes::lod::LodTarget;
 use sdfc_compiler::passes::{PASSES, PassOptions};
 use sdfc_compiler::scene::Scene;
 use sdfc_io::files::{Disk, Folder};
+use sdfc_lang::codes;
 use sdfc_runtime::engine::{Engine, SceneInput};
 use sdfc_runtime::settings::CameraChanges;
 use sdfc_shaders::assemble::SceneSource;
@@ -122,7 +123,7 @@ impl BuildArgs {
 }
 
 /// Parses a time with or without its unit.
-fn seconds(text: &str) -> Result<f64, String> {
+pub(crate) fn seconds(text: &str) -> Result<f64, String> {
     let (number, unit) = match (text.strip_suffix("ms"), text.strip_suffix('s')) {
         (Some(number), _) => (number, 1e-3),
         (None, Some(number)) => (number, 1.0),
@@ -190,6 +191,13 @@ pub(crate) fn report_and_unwrap<T>(
     outcome: OpenResult<T>,
     terminal: &Terminal,
 ) -> Result<T, Failure> {
+    let no_memory = outcome
+        .diagnostics
+        .iter()
+        .find(|it| it.code == codes::E0415);
+    if let Some(diagnostic) = no_memory {
+        return Err(Failure::Environment(diagnostic.message.clone()));
+    }
     terminal.diagnostics(&outcome.diagnostics, &outcome.sources);
     unwrap_reported(outcome)
 }

@@ -113,8 +113,8 @@ pub fn elaborate(
     });
     let (scene, messages) = match result {
         Ok(result) => result,
-        Err(error) => {
-            let message = format!("no memory to evaluate the scene: {error}");
+        Err(_) => {
+            let message = "there is not enough memory to evaluate the scene";
             let span = Span::new(file, 0, 0);
             (None, vec![Diagnostic::error(codes::E0415, span, message)])
         }
@@ -184,6 +184,8 @@ struct Elaborator<'a> {
     expressions: Expressions,
     uniform_values: UniformValues,
     params: Vec<SceneParam>,
+    /// Indices in `params` by name.
+    param_indices: HashMap<String, usize>,
     shapes: Vec<Shape>,
     /// Number of shapes that each shape represents, counted with multiplicity.
     occurrences: Vec<u32>,
@@ -196,6 +198,7 @@ struct Elaborator<'a> {
     materials: Vec<Material>,
     material_ids: HashMap<MaterialKey, MaterialId>,
     cameras: Vec<SceneCamera>,
+    camera_names: HashSet<String>,
     /// Indices of the cameras with a target and a height: a 2-D shape needs no position.
     plane_cameras: Vec<usize>,
     lights: Vec<SceneLight>,
@@ -206,6 +209,7 @@ struct Elaborator<'a> {
     emitted_checks: HashSet<(ExprId, bool)>,
     printed: Vec<String>,
     parts: Vec<(String, ShapeId)>,
+    part_names: HashSet<&'a str>,
     only: Vec<ShapeId>,
     ghosts: Vec<ShapeId>,
     root: Option<ShapeId>,
@@ -251,6 +255,7 @@ impl<'a> Elaborator<'a> {
             expressions,
             uniform_values: UniformValues::default(),
             params: Vec::new(),
+            param_indices: HashMap::new(),
             shapes: Vec::new(),
             occurrences: Vec::new(),
             bounds_cache: ShapeBounds::at_time_and_values(options.time, HashMap::new()),
@@ -259,6 +264,7 @@ impl<'a> Elaborator<'a> {
             materials: vec![default_material],
             material_ids: HashMap::new(),
             cameras: Vec::new(),
+            camera_names: HashSet::new(),
             plane_cameras: Vec::new(),
             lights: Vec::new(),
             sky: None,
@@ -268,6 +274,7 @@ impl<'a> Elaborator<'a> {
             emitted_checks: HashSet::new(),
             printed: Vec::new(),
             parts: Vec::new(),
+            part_names: HashSet::new(),
             only: Vec::new(),
             ghosts: Vec::new(),
             root: None,

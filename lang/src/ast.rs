@@ -154,6 +154,8 @@ pub struct Function {
     pub name: Ident,
     /// Parameters, in the order of positional arguments.
     pub params: Vec<FnParam>,
+    /// Span of the parameters with their brackets.
+    pub params_span: Span,
     /// Result type, if written.
     pub result: Option<TypeName>,
     /// Body, whose value is the result of a call.
@@ -677,6 +679,8 @@ pub struct BlendScope {
 pub struct Lambda {
     /// Parameters, in the order of positional arguments.
     pub params: Vec<FnParam>,
+    /// Span of the parameters with their brackets.
+    pub params_span: Span,
     /// Body, whose value is the result of a call.
     pub body: Body,
 }

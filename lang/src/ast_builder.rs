@@ -408,17 +408,21 @@ impl AstBuilder {
         self.expr(start, ExprKind::BlendScope(Box::new(scope)), end)
     }
 
-    pub(crate) fn lambda(
-        &mut self,
-        start: u32,
-        params: Vec<FnParam>,
-        body: Body,
-        end: u32,
-    ) -> Expr {
+    pub(crate) fn lambda(&mut self, start: u32, params: FnParams, body: Body, end: u32) -> Expr {
         self.leave();
-        let lambda = Lambda { params, body };
+        let lambda = Lambda {
+            params: params.list,
+            params_span: params.span,
+            body,
+        };
         self.expr(start, ExprKind::Lambda(Box::new(lambda)), end)
     }
+}
+
+/// Parameters of a function with their brackets, while it is parsed.
+pub(crate) struct FnParams {
+    pub(crate) list: Vec<FnParam>,
+    pub(crate) span: Span,
 }
 
 fn missing_value(statements: &[Statement], body: Span) -> Diagnostic {

@@ -241,7 +241,7 @@ impl<'a> Printer<'a> {
             ItemKind::Fn(function) => {
                 self.push("fn ");
                 self.push(&function.name.name);
-                self.params(&function.params);
+                self.params(&function.params, function.params_span);
                 if let Some(result) = &function.result {
                     self.push(" -> ");
                     self.push(&result.name);
@@ -309,17 +309,26 @@ impl<'a> Printer<'a> {
         self.push(";");
     }
 
-    fn params(&mut self, params: &'a [FnParam]) {
+    /// Writes parameters, on one line unless there are comments among them.
+    fn params(&mut self, params: &'a [FnParam], span: Span) {
+        if self.comments.has_inside(span) {
+            let closer = span.end - 1;
+            return self.broken("(", params, |param| param.span, closer, ")", Self::param);
+        }
         self.push("(");
         for (index, param) in params.iter().enumerate() {
             self.push(if index == 0 { "" } else { ", " });
-            self.push(&typed(&param.name, &param.annotation));
-            if let Some(default) = &param.default {
-                self.push(" = ");
-                self.expr(default, 1);
-            }
+            self.param(param);
         }
         self.push(")");
+    }
+
+    fn param(&mut self, param: &'a FnParam) {
+        self.push(&typed(&param.name, &param.annotation));
+        if let Some(default) = &param.default {
+            self.push(" = ");
+            self.expr(default, 1);
+        }
     }
 
     // Bodies.
@@ -432,7 +441,7 @@ impl<'a> Printer<'a> {
             }
             ExprKind::Lambda(lambda) => {
                 self.push("fn");
-                self.params(&lambda.params);
+                self.params(&lambda.params, lambda.params_span);
                 self.push(" => ");
                 self.body(&lambda.body, trailing_chars);
             }

@@ -19,9 +19,10 @@ mod picture;
 
 use crate::engine::{Engine, EngineError, EngineKind, FieldSample, SceneInput};
 use crate::gpu::Arithmetic;
-use crate::render::{CellMode, Image, RenderSettings};
+use crate::render::{CellMode, Image, RenderProgress, RenderSettings};
 use serde::Serialize;
 use std::fmt;
+use std::ops::ControlFlow;
 
 pub use bits::{BitDifferences, PointDifference, RayDifference};
 pub use field::{FieldDifferences, POINT_COUNT};
@@ -124,15 +125,20 @@ pub fn compare_engines(
     engines: &mut [Box<dyn Engine>],
     settings: &RenderSettings,
 ) -> Result<Report, EngineError> {
-    compare_engines_with(scene, engines, settings, Arithmetic::Default)
+    compare_engines_with(scene, engines, settings, Arithmetic::Default, &|_| {})
 }
 
 /// Compares engines like [`compare_engines`], with the criterion of this arithmetic, which must be that of the engines.
+///
+/// # Errors
+///
+/// As those of engines; [`EngineError::Stopped`] if the progress stops it.
 pub fn compare_engines_with(
     scene: &SceneInput<'_>,
     engines: &mut [Box<dyn Engine>],
     settings: &RenderSettings,
     arithmetic: Arithmetic,
+    progress: &dyn RenderProgress,
 ) -> Result<Report, EngineError> {
     // Without cells all engines take the same steps. Rays in cells stop at other points, by less than the
     // stop threshold; a test compares that with the same engine without cells.
@@ -146,9 +152,15 @@ pub fn compare_engines_with(
     let mut subjects = Vec::new();
     let mut images: Vec<Image> = Vec::new();
     let mut samples = Vec::new();
-    for engine in engines.iter_mut() {
+    let count = engines.len() as f32;
+    for (number, engine) in engines.iter_mut().enumerate() {
         engine.load(scene)?;
-        images.push(engine.render(settings, &|_| {})?);
+        let progress = PartOfProgress {
+            whole: progress,
+            start: number as f32 / count,
+            length: 1.0 / count,
+        };
+        images.push(engine.render(settings, &progress)?);
         samples.push(engine.query(&points)?);
         subjects.push(Subject {
             kind: engine.kind(),
@@ -184,6 +196,21 @@ pub fn compare_engines_with(
         comparisons,
         images,
     })
+}
+
+/// Progress of a part of some work.
+struct PartOfProgress<'a> {
+    whole: &'a dyn RenderProgress,
+    /// Fraction of the work before this part.
+    start: f32,
+    /// Fraction of the work that is this part.
+    length: f32,
+}
+
+impl RenderProgress for PartOfProgress<'_> {
+    fn report(&self, fraction: f32) -> ControlFlow<()> {
+        self.whole.report(self.start + self.length * fraction)
+    }
 }
 
 impl fmt::Display for Report {

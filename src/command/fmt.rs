@@ -7,7 +7,8 @@ use crate::terminal::Terminal;
 use sdfc_lang::{Diagnostics, Sources, parse, print};
 use std::path::{Path, PathBuf};
 
-/// Rewrite scenes in their canonical layout, in place.
+/// Rewrite scenes in their canonical layout, in place. Line ends stay as they are. `-` is standard input, and its
+/// layout is printed.
 #[derive(Debug, clap::Args)]
 pub(crate) struct Arguments {
     /// The scenes.
@@ -33,8 +34,12 @@ fn format_file(path: &Path, check: bool, terminal: &Terminal) -> Result<(), Fail
         terminal.diagnostics(&Diagnostics::from_iter(diagnostics), &sources);
         return Err(Failure::AlreadyReported(crate::failure::INPUT));
     };
-    let formatted = print(&tree);
-    if formatted == sources.text(file) {
+    let original = sources.text(file);
+    let formatted = with_line_ends_of(original, print(&tree));
+    if input::is_standard(path) && !check {
+        return output::print(formatted);
+    }
+    if formatted == original {
         return Ok(());
     }
     if check {
@@ -45,4 +50,13 @@ fn format_file(path: &Path, check: bool, terminal: &Terminal) -> Result<(), Fail
         return Err(Failure::Input(problem));
     }
     output::write(path, formatted.as_bytes())
+}
+
+/// Returns a text with the line ends of another one, as its first line has them.
+fn with_line_ends_of(original: &str, text: String) -> String {
+    let first_line = original.split_inclusive('\n').next().unwrap_or_default();
+    match first_line.ends_with("\r\n") {
+        true => text.replace('\n', "\r\n"),
+        false => text,
+    }
 }

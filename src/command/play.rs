@@ -2,6 +2,7 @@
 
 use crate::engine;
 use crate::failure::Failure;
+use crate::input;
 use crate::terminal::Terminal;
 use sdfc_io::files::Disk;
 use sdfc_playground::build::SceneOrigin;
@@ -42,6 +43,10 @@ const EXAMPLES: &[Example] = examples! {
 
 pub(crate) fn run(arguments: &Arguments, _terminal: &Terminal) -> Result<(), Failure> {
     let source = match &arguments.scene {
+        Some(path) if input::is_standard(path) => SceneOrigin::Text {
+            name: "standard input".to_owned(),
+            text: input::standard()?,
+        },
         Some(path) => SceneOrigin::File(path.clone()),
         None => SceneOrigin::Text {
             name: format!("{}.sdf", EXAMPLES[0].name),

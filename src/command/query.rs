@@ -37,6 +37,11 @@ pub(crate) struct Arguments {
 }
 
 pub(crate) fn run(arguments: &Arguments, terminal: &Terminal) -> Result<(), Failure> {
+    if input::is_standard(&arguments.scene) {
+        return Err(Failure::Input(
+            "the points are read from standard input: give the scene as a file".to_owned(),
+        ));
+    }
     let mut engine = engine::open_choice(arguments.engine, arguments.arithmetic)?;
     let build = arguments.build.for_engine(&*engine);
     let scene = scene::open(&arguments.scene, &build, terminal)?;

@@ -4,6 +4,7 @@ use super::camera::CameraArgs;
 use super::named_values::one_of;
 use crate::engine::{self, ArithmeticArgs, EngineArg};
 use crate::failure::Failure;
+use crate::input;
 use crate::output;
 use crate::progress::Progress;
 use crate::rounding;
@@ -12,7 +13,7 @@ use crate::terminal::Terminal;
 use sdfc_io::png_encoding::encode_png;
 use sdfc_runtime::engine::Engine;
 use sdfc_runtime::render::{CellMode, Image, Mode, Normals, Occlusion, Tonemap};
-use sdfc_runtime::settings::{MAX_SIDE_PIXELS, Overrides, resolve};
+use sdfc_runtime::settings::{MAX_SAMPLES_PER_SIDE, MAX_SIDE_PIXELS, Overrides, resolve};
 use sdfc_runtime::visibility_notes;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
@@ -44,11 +45,11 @@ pub(crate) struct Arguments {
 /// Flags that replace the scene's own settings of its picture.
 #[derive(Clone, Debug, clap::Args)]
 pub(crate) struct PictureArgs {
-    /// Width and height in pixels, up to 16384 each: 1280x720.
+    /// Width and height in pixels, up to 16384 each and 67108864 pixels together: 1280x720.
     #[arg(long, value_name = "WxH", value_parser = size, allow_hyphen_values = true)]
     pub(crate) size: Option<[u32; 2]>,
     /// Samples per pixel along each side, up to 16.
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=i64::from(MAX_SAMPLES_PER_SIDE)))]
     aa: Option<u32>,
     /// The camera's name.
     #[arg(long, value_name = "NAME")]
@@ -60,12 +61,12 @@ pub(crate) struct PictureArgs {
     #[arg(long, value_name = "MODE", default_value = "shaded", value_parser = one_of(MODES))]
     mode: Mode,
     /// Maximum number of steps of a ray.
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     steps: Option<u32>,
     /// Maximum length of a ray, in the scene's units. Without it, rays end behind the scene, or at 200 times the distance
     /// of the camera. Rays that fall towards an endless floor or wall reach it. Parallel rays end at 4 times the distance
     /// and 64 heights of the picture.
-    #[arg(long, value_name = "DISTANCE", allow_negative_numbers = true)]
+    #[arg(long, value_name = "DISTANCE", value_parser = positive, allow_hyphen_values = true)]
     far: Option<f64>,
     /// Method for normals.
     #[arg(long, value_name = "METHOD", value_parser = one_of(NORMALS))]
@@ -77,7 +78,7 @@ pub(crate) struct PictureArgs {
     #[arg(long, value_name = "CURVE", value_parser = one_of(TONEMAPS))]
     tonemap: Option<Tonemap>,
     /// A factor on all light.
-    #[arg(long, value_name = "FACTOR", allow_negative_numbers = true)]
+    #[arg(long, value_name = "FACTOR", value_parser = not_negative, allow_hyphen_values = true)]
     exposure: Option<f64>,
     /// Use of cells on the engines cpu and interp: boxes of space, each with the operations that matter inside it.
     /// The picture stays the same, except on cpu for pixels at edges and at discontinuities of fields. With never,
@@ -125,9 +126,25 @@ const TONEMAPS: &[(&str, Tonemap)] = &[
 pub(super) fn size(text: &str) -> Result<[u32; 2], String> {
     let sides = text.split_once(['x', 'X', '×']);
     let sides = sides.and_then(|(w, h)| Some([w.trim().parse().ok()?, h.trim().parse().ok()?]));
+    let is_allowed = |side: &u32| (1..=MAX_SIDE_PIXELS).contains(side);
+    let sides = sides.filter(|sides: &[u32; 2]| sides.iter().all(is_allowed));
     sides.ok_or_else(|| {
         format!("write width and height such as 1280x720, each from 1 to {MAX_SIDE_PIXELS}")
     })
+}
+
+/// Parses a number above zero.
+fn positive(text: &str) -> Result<f64, String> {
+    let number = text.trim().parse::<f64>().ok();
+    let number = number.filter(|number| *number > 0.0 && number.is_finite());
+    number.ok_or_else(|| "write a number above 0".to_owned())
+}
+
+/// Parses a number that is not below zero.
+fn not_negative(text: &str) -> Result<f64, String> {
+    let number = text.trim().parse::<f64>().ok();
+    let number = number.filter(|number| *number >= 0.0 && number.is_finite());
+    number.ok_or_else(|| "write 0 or a number above it".to_owned())
 }
 
 fn occlusion(text: &str) -> Result<Occlusion, String> {
@@ -208,7 +225,9 @@ pub(super) fn destination(arguments: &Arguments) -> Result<PathBuf, Failure> {
     let to = match &arguments.output {
         Some(path) => path.clone(),
         None => {
-            let stem = arguments.scene.file_stem().unwrap_or("picture".as_ref());
+            let stem = arguments.scene.file_stem();
+            let stem = stem.filter(|_| !input::is_standard(&arguments.scene));
+            let stem = stem.unwrap_or("picture".as_ref());
             Path::new(stem).with_extension("png")
         }
     };

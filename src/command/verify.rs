@@ -4,15 +4,18 @@ use super::camera::CameraArgs;
 use crate::engine;
 use crate::failure::{Failure, INPUT, on_each};
 use crate::output;
+use crate::progress::Progress;
 use crate::scene::{self, BuildArgs};
 use crate::terminal::Terminal;
 use sdfc_io::png_encoding::encode_png;
 use sdfc_runtime::comparison::{Report, compare_engines_with, difference_image, small_settings};
-use sdfc_runtime::engine::{Engine, EngineKind};
-use sdfc_runtime::render::RenderSettings;
+use sdfc_runtime::engine::{Engine, EngineError, EngineKind};
+use sdfc_runtime::render::{RenderProgress, RenderSettings};
 use sdfc_runtime::settings::{Overrides, resolve};
 use serde_json::{Value, json};
+use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
+use std::time::Instant;
 
 /// Compare the engines on scenes: pixels, hits, depths, distances.
 ///
@@ -40,6 +43,12 @@ pub(crate) struct Arguments {
     /// Folder for the pictures of engines that differ.
     #[arg(short, long, value_name = "FOLDER", default_value = "out")]
     output: PathBuf,
+    /// Time after which the comparison of a scene is given up: 90s. A proof by the engine reference can take minutes.
+    #[arg(long, value_name = "TIME", value_parser = scene::seconds)]
+    limit: Option<f64>,
+    /// Show progress even where stderr is no terminal.
+    #[arg(long)]
+    progress: bool,
     /// Print all measurements as JSON.
     #[arg(long)]
     json: bool,
@@ -108,8 +117,38 @@ fn compare(
         None => small_settings(&settings),
     };
     let arithmetic = arguments.arithmetic.arithmetic();
-    compare_engines_with(&scene.loaded(), engines, &settings, arithmetic)
-        .map_err(engine::to_failure)
+    let progress = LimitedProgress {
+        shown: Progress::new(terminal, path.display().to_string(), arguments.progress),
+        started: Instant::now(),
+        limit: arguments.limit,
+    };
+    let report = compare_engines_with(&scene.loaded(), engines, &settings, arithmetic, &progress);
+    report.map_err(|error| match (error, arguments.limit) {
+        (EngineError::Stopped, Some(limit)) => Failure::Input(format!(
+            "{}: not compared within {limit} s: allow more with `--limit`, or draw less with `--size`",
+            path.display()
+        )),
+        (error, _) => engine::to_failure(error),
+    })
+}
+
+/// Progress that stops the work after a time.
+struct LimitedProgress<'a> {
+    shown: Progress<'a>,
+    started: Instant,
+    /// In seconds.
+    limit: Option<f64>,
+}
+
+impl RenderProgress for LimitedProgress<'_> {
+    fn report(&self, fraction: f32) -> ControlFlow<()> {
+        self.shown.update(fraction);
+        let elapsed = self.started.elapsed().as_secs_f64();
+        match self.limit.is_some_and(|limit| elapsed > limit) {
+            true => ControlFlow::Break(()),
+            false => ControlFlow::Continue(()),
+        }
+    }
 }
 
 /// Writes the pictures of engines that differ, and their differences.

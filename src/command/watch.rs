@@ -3,6 +3,7 @@
 use super::render::{self, destination, draw};
 use crate::engine;
 use crate::failure::Failure;
+use crate::input;
 use crate::terminal::Terminal;
 use sdfc_io::watcher::{SETTLE_DELAY, Watcher, changed_since};
 use std::sync::mpsc::{Receiver, channel};
@@ -18,6 +19,11 @@ pub(crate) struct Arguments {
 
 pub(crate) fn run(arguments: &Arguments, terminal: &Terminal) -> Result<(), Failure> {
     let arguments = &arguments.render;
+    if input::is_standard(&arguments.scene) {
+        return Err(Failure::Input(
+            "standard input does not change: give the scene as a file".to_owned(),
+        ));
+    }
     let to = destination(arguments)?;
     let mut engine = engine::open_choice(arguments.engine, arguments.arithmetic)?;
     let (sender, changes) = channel();

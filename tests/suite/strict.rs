@@ -85,7 +85,7 @@ impl Case {
             },
             ..self.loaded()
         };
-        let report = compare_engines_with(&loaded, engines, &self.settings, arithmetic);
+        let report = compare_engines_with(&loaded, engines, &self.settings, arithmetic, &|_| {});
         report.unwrap_or_else(|error| panic!("{error}"))
     }
 

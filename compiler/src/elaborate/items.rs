@@ -137,7 +137,7 @@ impl<'a> Elaborator<'a> {
                 let name = part.name.name.as_str();
                 self.name_shape(&shape, name);
                 if env.module == self.root() {
-                    if self.parts.iter().any(|(other, _)| other == name) {
+                    if !self.part_names.insert(name) {
                         let message = format!("there are two parts `{name}`");
                         let span = part.name.span;
                         self.report(Diagnostic::error(codes::E0214, span, message));

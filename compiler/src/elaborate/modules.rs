@@ -6,7 +6,7 @@
 use super::diagnose::{nearest, suggest};
 use sdfc_lang::ast::{self, ItemKind};
 use sdfc_lang::{Diagnostic, FileId, Sources, Span, codes, parse};
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 /// Maximum number of files of a scene.
 const MAX_FILES: usize = 256;
@@ -52,8 +52,8 @@ pub(crate) struct ImportedModule {
     pub(crate) file: ast::File,
     /// Imports: alias, span of the alias, and what was found.
     imports: Vec<(String, Span, ImportTarget)>,
-    /// Names that the items define.
-    defined: Vec<String>,
+    /// Names that the items define, without duplicates.
+    defined: HashSet<String>,
 }
 
 impl ImportedModule {
@@ -79,9 +79,9 @@ impl ImportedModule {
     }
     /// Reports whether an item defines a name.
     pub(crate) fn defines(&self, name: &str) -> bool {
-        self.defined.iter().any(|defined| defined == name)
+        self.defined.contains(name)
     }
-    /// Returns the names that the items define, in order.
+    /// Returns the names that the items define, in no order.
     pub(crate) fn definitions(&self) -> impl Iterator<Item = &str> {
         self.defined.iter().map(String::as_str)
     }
@@ -141,22 +141,33 @@ impl ModuleLoader<'_> {
             .extend(messages.into_iter().filter(|m| is_own || m.is_error()));
         let file = file?;
         let mut imports = Vec::new();
-        let mut defined = Vec::new();
+        let mut defined = HashSet::new();
+        let mut define = |name: &str| defined.insert(name.to_owned());
         for item in &file.items {
             match &item.kind {
                 ItemKind::Import(import) => {
                     let target = self.import(path, import);
                     if matches!(target, ImportTarget::FidgetText(_)) {
-                        defined.push(import.alias.name.clone());
+                        define(&import.alias.name);
                     }
                     imports.push((import.alias.name.clone(), import.alias.span, target));
                 }
-                ItemKind::Param(param) => defined.push(param.name.name.clone()),
-                ItemKind::Let(binding) => defined.push(binding.name.name.clone()),
-                ItemKind::Fn(function) => defined.push(function.name.name.clone()),
-                ItemKind::Part(part) => defined.push(part.name.name.clone()),
+                ItemKind::Param(param) => {
+                    define(&param.name.name);
+                }
+                ItemKind::Let(binding) => {
+                    define(&binding.name.name);
+                }
+                ItemKind::Fn(function) => {
+                    define(&function.name.name);
+                }
+                ItemKind::Part(part) => {
+                    define(&part.name.name);
+                }
                 ItemKind::Block(block) => {
-                    defined.extend(block.name.iter().map(|name| name.name.clone()));
+                    block.name.iter().for_each(|name| {
+                        define(&name.name);
+                    });
                 }
                 ItemKind::Expr(_) => {}
             }

@@ -9,6 +9,7 @@ use super::vocabulary;
 use sdfc_lang::ast::{
     Arg, Args, Body, Call, Expr, ExprKind, File, FnParam, Import, ItemKind, Path, StatementKind,
 };
+use sdfc_lang::diagnostic::MAX_SHOWN_DIAGNOSTICS;
 use sdfc_lang::{Diagnostic, Span, codes};
 use std::collections::HashMap;
 
@@ -29,6 +30,7 @@ pub(crate) fn check_names(modules: &[ImportedModule], reports: &mut Reports) {
             formula: None,
             reports,
             reports_unused: is_root,
+            suggestions_left: MAX_SHOWN_DIAGNOSTICS,
         };
         names.file(&module.file);
     }
@@ -55,6 +57,8 @@ struct NameChecker<'a, 'r> {
     formula: Option<(Span, bool)>,
     reports: &'r mut Reports,
     reports_unused: bool,
+    /// Number of unknown names that still get a suggestion: those that are shown.
+    suggestions_left: usize,
 }
 
 impl<'a> NameChecker<'a, '_> {
@@ -370,6 +374,21 @@ impl<'a> NameChecker<'a, '_> {
         }
     }
 
+    /// Returns the names among which one similar to an unknown name is searched; none once as many unknown names are
+    /// reported as are shown.
+    fn names_for_suggestions(&mut self) -> Vec<&str> {
+        if self.suggestions_left == 0 {
+            return Vec::new();
+        }
+        self.suggestions_left -= 1;
+        let locals = self.locals.iter().map(|local| local.name);
+        let definitions = self.module.definitions();
+        locals
+            .chain(definitions)
+            .chain(vocabulary::names())
+            .collect()
+    }
+
     fn path(&mut self, path: &'a Path, what: &str) {
         match path.segments.as_slice() {
             [only] => {
@@ -380,13 +399,7 @@ impl<'a> NameChecker<'a, '_> {
                         self.formula = Some((formula, true));
                         return self.report_missing_function(only.span, formula, is_reported);
                     }
-                    let names: Vec<&str> = self
-                        .locals
-                        .iter()
-                        .map(|local| local.name)
-                        .chain(self.module.definitions())
-                        .chain(vocabulary::names())
-                        .collect();
+                    let names = self.names_for_suggestions();
                     let diagnostic = unknown_name(codes::E0201, what, &only.name, only.span, names);
                     self.reports.push(diagnostic);
                 }

@@ -100,10 +100,10 @@ impl<'a> Elaborator<'a> {
         let Some(default) = self.param_value(kind, &default, param.value.span) else {
             return Ok(Value::Poison);
         };
-        if let Some(other) = self.params.iter().find(|other| other.name == name) {
+        if let Some(&first) = self.param_indices.get(&name) {
             let message = format!("there are two params `{name}`");
-            let diagnostic =
-                Diagnostic::error(codes::E0214, span, message).label(other.span, "the first one");
+            let diagnostic = Diagnostic::error(codes::E0214, span, message)
+                .label(self.params[first].span, "the first one");
             self.report(diagnostic);
             return Ok(Value::Poison);
         }
@@ -156,6 +156,8 @@ impl<'a> Elaborator<'a> {
         let param_index = self.params.len() as u32;
         declared.structural = self.structural.contains(&param_index);
         let value = self.param_as_value(&declared, ParamId(param_index));
+        self.param_indices
+            .insert(declared.name.clone(), self.params.len());
         self.params.push(declared);
         Ok(value)
     }

@@ -40,17 +40,23 @@ pub fn reason(error: &io::Error) -> String {
     }
 }
 
-/// Reads a file.
+/// Reads a regular file. Pipes and devices could block or never end.
 ///
 /// # Errors
 ///
 /// Errors of the system; [`ErrorKind::FileTooLarge`] as in [`read_all`].
 pub fn read(path: &Path) -> io::Result<Vec<u8>> {
-    let file = File::open(path)?;
-    if file.metadata()?.is_dir() {
+    // Opening a pipe without a writer would block.
+    let kind = fs::metadata(path)?.file_type();
+    if kind.is_dir() {
         return Err(is_folder_error());
     }
-    read_all(file)
+    if !kind.is_file() {
+        return Err(io::Error::other(
+            "it is a pipe or a device, and only regular files are read (`-` is standard input)",
+        ));
+    }
+    read_all(File::open(path)?)
 }
 
 /// Reads a stream to its end; endless streams are rejected.

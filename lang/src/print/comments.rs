@@ -1,6 +1,6 @@
 //! Placement of comments.
 //!
-//! Some nodes have elements that may be on separate lines: files, blocks, bodies, lists, arguments, and
+//! Some nodes have elements that may be on separate lines: files, blocks, bodies, lists, arguments, parameters, and
 //! chains of operators and of methods. A comment between two such elements stays there. It is printed after
 //! the previous element if it was on that line, else before the next one or before the closing bracket. Any
 //! other comment moves in front of the innermost element around it.
@@ -108,6 +108,8 @@ enum NodeRef<'a> {
     Statement(&'a Statement),
     Expr(&'a Expr),
     Arg(&'a Arg),
+    Params(&'a [FnParam], Span),
+    Param(&'a FnParam),
     Suffix(&'a Suffix),
     Link(&'a ChainLink),
 }
@@ -133,6 +135,8 @@ impl<'a> NodeRef<'a> {
             NodeRef::Statement(statement) => statement.span,
             NodeRef::Expr(expr) => expr.span,
             NodeRef::Arg(arg) => arg.span,
+            NodeRef::Params(_, span) => span,
+            NodeRef::Param(param) => param.span,
             NodeRef::Suffix(suffix) => suffix.span,
             NodeRef::Link(link) => link.op_span.to(link.operand.span),
         }
@@ -153,9 +157,11 @@ impl<'a> NodeRef<'a> {
                     (parts, PartLayout::Elements { closer })
                 }
                 ItemKind::Fn(function) => {
-                    let mut parts = defaults(&function.params);
-                    parts.push(NodeRef::Body(&function.body));
-                    (parts, PartLayout::Fixed)
+                    let params = NodeRef::Params(&function.params, function.params_span);
+                    (
+                        vec![params, NodeRef::Body(&function.body)],
+                        PartLayout::Fixed,
+                    )
                 }
                 ItemKind::Param(_)
                 | ItemKind::Let(_)
@@ -184,6 +190,15 @@ impl<'a> NodeRef<'a> {
                 StatementKind::Expr(value) => (vec![NodeRef::Expr(value)], PartLayout::Fixed),
             },
             NodeRef::Arg(arg) => (vec![NodeRef::Expr(&arg.value)], PartLayout::Fixed),
+            NodeRef::Params(params, span) => {
+                let closer = span.end - 1;
+                let parts = params.iter().map(NodeRef::Param).collect();
+                (parts, PartLayout::Elements { closer })
+            }
+            NodeRef::Param(param) => {
+                let default = param.default.iter();
+                (default.map(NodeRef::Expr).collect(), PartLayout::Fixed)
+            }
             NodeRef::Suffix(suffix) => match &suffix.args {
                 None => (Vec::new(), PartLayout::Fixed),
                 Some(args) => elements(&args.args, args.span),
@@ -250,9 +265,8 @@ fn expr_parts(expr: &Expr) -> (Vec<NodeRef<'_>>, PartLayout) {
             (parts, PartLayout::Fixed)
         }
         ExprKind::Lambda(lambda) => {
-            let mut parts = defaults(&lambda.params);
-            parts.push(NodeRef::Body(&lambda.body));
-            (parts, PartLayout::Fixed)
+            let params = NodeRef::Params(&lambda.params, lambda.params_span);
+            (vec![params, NodeRef::Body(&lambda.body)], PartLayout::Fixed)
         }
     }
 }
@@ -261,11 +275,6 @@ fn elements(args: &[Arg], span: Span) -> (Vec<NodeRef<'_>>, PartLayout) {
     let closer = span.end - 1;
     let parts = args.iter().map(NodeRef::Arg).collect();
     (parts, PartLayout::Elements { closer })
-}
-
-fn defaults(params: &[FnParam]) -> Vec<NodeRef<'_>> {
-    let defaults = params.iter().flat_map(|param| &param.default);
-    defaults.map(NodeRef::Expr).collect()
 }
 
 struct CommentPlacer<'a> {

@@ -13,7 +13,7 @@ use sdfc_vm::settings;
 impl<'a> Elaborator<'a> {
     pub(super) fn camera(&mut self, env: &Env<'a>, block: &'a Block) -> Result<(), Abort> {
         let name = self.block_name(block);
-        if !name.is_empty() && self.cameras.iter().any(|camera| camera.name == name) {
+        if !name.is_empty() && !self.camera_names.insert(name.clone()) {
             let message = format!("there are two cameras `{name}`");
             let span = block
                 .name
