@@ -513,11 +513,11 @@ keeps squares within the range of `f32`.
     sphere(1e30)";
 
 E0405 "a shape or direction that is degenerate" "\
-A direction must not have the length zero. A line needs two different ends, a polygon three corners,
+A direction must not have the length zero. A cylinder needs two different ends, a polygon three corners,
 and a camera a target that is not its own position.
 
-    capsule(from: [0, 1, 0], to: [0, 1, 0], r: 0.1)
-    capsule(from: [0, 0, 0], to: [0, 1, 0], r: 0.1)";
+    cylinder(from: [0, 1, 0], to: [0, 1, 0], r: 0.1)
+    cylinder(from: [0, 0, 0], to: [0, 1, 0], r: 0.1)";
 
 E0406 "an assertion that fails" "\
 The scene states a condition by `assert`, and the condition is false.

@@ -96,6 +96,17 @@ pub struct FieldSample {
     pub surface: Surface,
 }
 
+impl FieldSample {
+    /// Creates a sample. Its zeros are positive: their signs are accidents of how an engine computes.
+    pub fn new(distance: f32, gradient: [f32; 3], surface: Surface) -> Self {
+        Self {
+            distance: distance + 0.0,
+            gradient: gradient.map(|v| v + 0.0),
+            surface,
+        }
+    }
+}
+
 /// Renders and samples a loaded scene.
 pub trait Engine {
     /// Returns the kind of the engine.

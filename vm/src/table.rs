@@ -118,7 +118,7 @@ macro_rules! for_each_operation {
                 source: "I. Quilez, Distance Functions: rounded cylinder",
                 ..SOLID
             };
-            /// A cylinder of radius `r` from `from` to `to`. Equal ends give a disc.
+            /// A cylinder of radius `r` from `from` to `to`. Between equal ends there is nothing.
             CylinderBetween "cylinder_between" = shapes::cylinder_between(p: Point; middle: Vec3, r: Scalar, axis: Vec3, half: Scalar) -> Value, shapes::cylinder_between_parameters, OpFacts {
                 language: Some(BuiltinSignature { name: "cylinder", arguments: &[required("from", A::Vec3), required("to", A::Vec3), required("r", A::Radius)] }),
                 bounds: BoundsRule::Shape(shapes::cylinder_between_bounds),
@@ -278,7 +278,7 @@ macro_rules! for_each_operation {
                 source: "I. Quilez, 2D Distance Functions: rounded box",
                 ..PLANE
             };
-            /// All points of the plane within `r` of the segment from `from` to `to`.
+            /// All points of the plane within `r` of the segment from `from` to `to`. Equal ends give a disc.
             Segment "segment" = shapes::segment(p: Plane; start: Vec2, axis: Vec2, inverse: Scalar, r: Scalar) -> Value, shapes::segment_parameters, OpFacts {
                 language: Some(BuiltinSignature { name: "segment", arguments: &[required("from", A::Vec2), required("to", A::Vec2), required("r", A::Radius)] }),
                 bounds: BoundsRule::Shape(shapes::segment_bounds),

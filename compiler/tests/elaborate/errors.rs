@@ -132,7 +132,7 @@ const MISTAKES: &[(&str, &str)] = &[
     ("negative size", "let w = -2;\nbox(1, w, 1)"),
     (
         "degenerate capsule",
-        "capsule(from: [1, 2, 3], to: [1, 2, 3], r: 0.1)",
+        "cylinder(from: [1, 2, 3], to: [1, 2, 3], r: 0.1)",
     ),
     ("no direction", "plane([0, 0, 0])"),
     ("scale by zero", "sphere(1).scale(0)"),

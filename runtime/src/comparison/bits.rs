@@ -97,8 +97,8 @@ pub(super) fn compare(
         }
     }
     for ((&p, a), b) in points.iter().zip(samples).zip(other_samples) {
-        let distances = !is_equal(a.distance, b.distance);
-        let gradients = !all_equal(&a.gradient, &b.gradient);
+        let distances = a.distance.to_bits() != b.distance.to_bits();
+        let gradients = a.gradient.map(f32::to_bits) != b.gradient.map(f32::to_bits);
         differences.distances += usize::from(distances);
         differences.gradients += usize::from(gradients);
         if distances || gradients {
@@ -188,7 +188,7 @@ mod tests {
     }
 
     #[test]
-    fn any_bit_is_seen_but_the_sign_of_a_zero() {
+    fn any_bit_is_seen_but_the_sign_of_a_zero_in_pictures() {
         let (reference, points) = (image(), [[1.0; 3]; 2]);
         let sample = FieldSample {
             distance: 1.0,
@@ -220,6 +220,10 @@ mod tests {
         ];
         assert_eq!(counts, [1; 5]);
         assert_eq!([differences.distances, differences.gradients], [1; 2]);
+        let [mut negative, positive] = [samples; 2];
+        negative[0].gradient[1] = -0.0;
+        let signs = compare([&reference, &reference], &points, [&positive, &negative]);
+        assert_eq!([signs.distances, signs.gradients], [0, 1]);
         let failures = differences.failures();
         assert_eq!(failures.len(), 6, "colours are not promised: {failures:?}");
         assert_eq!(

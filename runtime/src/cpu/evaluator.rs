@@ -502,10 +502,12 @@ impl CpuEvaluator<'_> {
             }
         }
         self.surfaces(&points, &normals, count, &mut surfaces);
-        let sample = |lane: usize| FieldSample {
-            distance: distances.0[lane],
-            gradient: gradient_at(&gradients, lane),
-            surface: normal::surface_in_lane(&surfaces, lane),
+        let sample = |lane: usize| {
+            FieldSample::new(
+                distances.0[lane],
+                gradient_at(&gradients, lane),
+                normal::surface_in_lane(&surfaces, lane),
+            )
         };
         (0..count).map(sample).collect()
     }

@@ -107,11 +107,7 @@ fn query_chunk<S: GpuScene>(
     };
     let sample = |i: usize| {
         let [x, y, z, _] = gradients[i];
-        FieldSample {
-            distance: distances[i],
-            gradient: [x, y, z],
-            surface: surfaces[i],
-        }
+        FieldSample::new(distances[i], [x, y, z], surfaces[i])
     };
     Ok((0..count).map(sample).collect())
 }

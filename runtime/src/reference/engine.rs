@@ -78,11 +78,8 @@ impl Engine for ReferenceEngine {
         let field = self.field()?;
         let exact = |(sample, point): (FieldSample, &[f32; 3])| {
             let point = point.map(f64::from);
-            FieldSample {
-                distance: field.distance(point) as f32,
-                gradient: field.gradient(point).map(|v| v as f32),
-                ..sample
-            }
+            let gradient = field.gradient(point).map(|v| v as f32);
+            FieldSample::new(field.distance(point) as f32, gradient, sample.surface)
         };
         Ok(surfaces.into_par_iter().zip(points).map(exact).collect())
     }

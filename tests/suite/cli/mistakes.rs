@@ -34,7 +34,7 @@ fn names_types_and_units() {
 fn numbers_that_make_no_shape() {
     assert_snapshot!(refused("let n = 0;\nsphere(1 / n)"));
     assert_snapshot!(refused("sphere(0) | sphere(-1)"));
-    assert_snapshot!(refused("capsule(from: [1, 2, 3], to: [1, 2, 3], r: 1)"));
+    assert_snapshot!(refused("cylinder(from: [1, 2, 3], to: [1, 2, 3], r: 1)"));
     assert_snapshot!(refused(
         "param h = 1 in 0.5..=2;\nsphere(1 / (h - 1)) | box(1)"
     ));

@@ -18,7 +18,7 @@ impl<'a> Elaborator<'a> {
         let arguments = &bound.arguments[first..];
         if self.has_equal_ends(op, arguments.iter().map(|a| a.numbers.as_slice())) {
             let message = format!("`from` and `to` of `{}` are the same point", bound.name);
-            let help = "a line from a point to itself has no direction; use `sphere`";
+            let help = "a cylinder without a length is empty; `capsule` gives a sphere here, and `cylinder(r, h)` takes a length";
             self.report(Diagnostic::error(codes::E0405, bound.span, message).help(help));
             return Value::Poison;
         }
@@ -71,8 +71,12 @@ impl<'a> Elaborator<'a> {
         Value::Shape(id)
     }
 
-    /// Reports whether the end points `from` and `to` are equal.
+    /// Reports whether the end points `from` and `to` of a shape are equal, and nothing is left of it. Around equal ends, a
+    /// capsule is a sphere, and a segment a disc.
     fn has_equal_ends<'n>(&self, op: Op, arguments: impl Iterator<Item = &'n [ExprId]>) -> bool {
+        if matches!(op, Op::CapsuleBetween | Op::Segment) {
+            return false;
+        }
         let Some(language) = &op.row().facts.language else {
             return false;
         };
