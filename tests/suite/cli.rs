@@ -11,6 +11,7 @@ mod cameras;
 mod commands;
 mod files;
 mod generate;
+mod input;
 mod mistakes;
 mod params;
 mod pictures;

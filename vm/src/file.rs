@@ -168,7 +168,8 @@ pub fn decode_file(bytes: &[u8]) -> Result<Module, FileError> {
     if words[2] != table_hash() {
         return Err(FileError::Table);
     }
-    let want = (HEADER + words[4] as usize) * 4;
+    // Saturating, since `usize` may have 32 bits.
+    let want = (words[4] as usize).saturating_add(HEADER).saturating_mul(4);
     if !rest.is_empty() || bytes.len() != want {
         return Err(FileError::Length {
             have: bytes.len(),

@@ -73,6 +73,23 @@ if a { // why
 
 /// Comments in all positions where they are allowed.
 #[test]
+fn comments_among_parameters_stay() {
+    let text = "\
+fn f(
+    x: float, // the first
+    // the second
+    y = 1,
+) = x + y;
+let g = fn(
+    p, /* in space */
+    q,
+) => p + q;
+sphere(f(1) + g(1, 2))
+";
+    assert_eq!(print(&parse_valid(text)), text);
+}
+
+#[test]
 fn comments_anywhere_survive() {
     let mut random = XorShift(0x5df);
     let kinds = [

@@ -1,8 +1,9 @@
 //! Bitwise comparison of two engines, as promised by strict arithmetic: the rays of an image and the values
 //! at points.
 //!
-//! Floats are equal if they are the same number, regardless of the sign of a zero. WGSL leaves the sign of a
-//! zero open even where everything else is exact. A NaN only equals the same bits.
+//! In pictures, floats are equal if they are the same number, regardless of the sign of a zero. WGSL leaves the sign
+//! of a zero open even where everything else is exact. A NaN only equals the same bits. Values at points have positive
+//! zeros, and equal bits.
 
 use crate::engine::FieldSample;
 use crate::render::Image;

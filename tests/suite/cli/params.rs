@@ -93,16 +93,17 @@ fn parts_cameras_and_sizes() {
     std::fs::remove_file(sandbox.path("out.png")).expect("the picture");
     let mut message = String::new();
     // The last value of a repeated flag counts, so that scripts can have defaults.
-    for more in [
-        "--part bal",
-        "--camera heros",
-        "--size 0x8",
-        "--size 99999x8",
-        "--aa 99",
-        "--far 0",
+    for (more, code) in [
+        ("--part bal", 1),
+        ("--camera heros", 1),
+        ("--size 0x8", 2),
+        ("--size 99999x8", 2),
+        ("--size 16384x16384", 1),
+        ("--aa 99", 2),
+        ("--far 0", 2),
     ] {
         let run = draw(more);
-        assert_eq!(run.code, 1, "{}", run.transcript());
+        assert_eq!(run.code, code, "{}", run.transcript());
         message.push_str(&run.transcript());
         message.push('\n');
     }

@@ -7,7 +7,7 @@
 
 use crate::definitions::{contains, winds};
 use crate::fixture::{
-    Case, Point, Random, add, cases, distance, gradient, is_shape, length, point,
+    Case, Point, Random, add, cases, distance, dot, gradient, is_shape, length, point,
 };
 use sdfc_vm::dual::Dual;
 use sdfc_vm::row::{Category, Exactness};
@@ -114,6 +114,76 @@ fn shapes_keep_their_definitions() {
             |p| contains(case.op, &case.arguments, p),
             exactness,
             &mut random,
+        );
+    }
+}
+
+/// The gradient is one that the surface has where branches are equal, as on planes of symmetry. A step along it ends
+/// on the surface.
+#[test]
+fn at_ties_the_gradient_leads_to_the_surface() {
+    for case in cases(2, 6, |op| is_shape(op) && op != Op::PolygonEdge) {
+        let facts = &case.op.row().facts;
+        let is_exact_at = |d: f64| match facts.exactness {
+            Exactness::Exact => true,
+            Exactness::ExactOutside => d > 0.0,
+            Exactness::Bound | Exactness::Unknown => false,
+        };
+        let mut random = Random::for_case(5, &case.name());
+        let (mut feet, mut points) = (0, 0);
+        for _ in 0..600 {
+            // Coordinates are zero, or equal up to their signs, or equal to an argument.
+            let size = random.range(0.0, REACH);
+            let mut p = [0; 3].map(|_| match (random.unit() * 5.0) as usize {
+                0 => 0.0,
+                1 => size,
+                2 => -size,
+                3 => case.arguments[(random.unit() * case.arguments.len() as f64) as usize],
+                _ => random.range(-REACH, REACH),
+            });
+            if facts.category == Category::Shape2 {
+                p[2] = 0.0;
+            }
+            let (d, slope) = gradient(&case, p);
+            if !is_exact_at(d) {
+                continue;
+            }
+            points += 1;
+            let steepness = length(slope);
+            // Between opposite nearest points, as on an axis, directions cancel. Beside such a point they differ.
+            if steepness < 1.0 - 1e-5 {
+                let beside = |sign: f64| {
+                    [0, 1, 2].map(|axis| {
+                        let mut q = p;
+                        q[axis] += sign * 1e-4;
+                        gradient(&case, q).1
+                    })
+                };
+                let pairs = beside(1.0).into_iter().zip(beside(-1.0));
+                let least = pairs.map(|(a, b)| dot(a, b)).fold(1.0, f64::min);
+                assert!(
+                    least < 1.0 - 1e-5,
+                    "{} at {p:?}: {slope:?} on no ridge",
+                    case.name()
+                );
+                continue;
+            }
+            feet += 1;
+            let name = case.name();
+            assert!(
+                (steepness - 1.0).abs() < 1e-5,
+                "{name} at {p:?}: {slope:?} has the length {steepness}"
+            );
+            let foot = case.at(add(p, slope, -d));
+            assert!(
+                foot.abs() < 1e-5 * (1.0 + length(p)),
+                "{name} at {p:?}: {foot} after a step of {d} along {slope:?}"
+            );
+        }
+        assert!(
+            feet * 10 >= points * 7,
+            "{}: {feet} directions at {points} points",
+            case.name()
         );
     }
 }

@@ -22,8 +22,8 @@ impl LinearBound {
         fall < self.value
     }
 
-    /// Returns by how much less than the box the part of it extends in a direction where the field is not above zero; zero
-    /// if nothing is known.
+    /// Returns the length by which a direction's extent of the solid is less than that of the box; zero if nothing is
+    /// known.
     ///
     /// Where the box extends farthest, the field exceeds zero at least by some value. Along each axis it falls from there at
     /// most as fast as its gradient, and the extent falls with the direction. The axis with the best ratio bounds the loss.
@@ -62,7 +62,7 @@ fn magnitude([low, high]: [f64; 2]) -> f64 {
 mod tests {
     use super::*;
 
-    /// Bound of a field with the value `-0.5` in the middle of a box of half side 1, which rises along x by 2 to 3.
+    /// Bound of a field that is −0.5 in the middle of a box of half side 1, and rises along x by 2 to 3.
     fn rising() -> LinearBound {
         LinearBound {
             value: -0.5,

@@ -53,8 +53,8 @@ impl<'a> PrunedField<'a> {
         self.root.clone()
     }
 
-    /// Returns for each part of a box the program pruned to it and bounds of the field, and `None` where the field is
-    /// proved to be above zero. The program `parent` is that of the box.
+    /// Returns for each part of a box its pruned program and bounds of the field, and `None` where that is proved to be
+    /// above zero. The program `parent` is that of the box.
     pub(super) fn parts(
         &mut self,
         parent: &TapeSpan,

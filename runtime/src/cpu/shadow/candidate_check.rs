@@ -22,12 +22,7 @@ impl<const FORM: u32> LightParams<'_, FORM> {
     ) -> (bool, bool) {
         let hidden = |column: &F32x64| self.choice.hide(column.0[i]);
         let (phase, value) = (hidden(&block.phase), hidden(&block.value));
-        let steps_before = if FORM == SIZED {
-            block.steps_before.0[i]
-        } else {
-            0.0
-        };
-        let out_of_steps = block.steps.0[i] - steps_before >= self.max_steps;
+        let out_of_steps = self.steps_of_ray(block, i) >= self.max_steps;
         let size = lane_size::<FORM>(block, i, self.size);
         let (point, offset) = (round_point(block, i), lane_offset(block, i));
         let (face, gradient) = (lane_face(block, i), lane_gradient(block, i));
@@ -162,6 +157,15 @@ impl<const FORM: u32> LightParams<'_, FORM> {
         );
         let is_last = is_finished & (ends_after_check | is_dark | out_of_steps);
         (!is_finished & out_of_steps, is_last)
+    }
+
+    /// Returns the number of steps of the current ray in a lane.
+    #[inline(always)]
+    fn steps_of_ray(self, block: &ShadowLanes, i: usize) -> f32 {
+        match FORM {
+            SIZED => block.steps.0[i] - block.steps_before.0[i],
+            _ => block.steps.0[i],
+        }
     }
 
     /// Returns the visibility of a ray after a probe, with the distance to the light or to the plane of its rim. The probe
