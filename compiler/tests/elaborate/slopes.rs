@@ -22,7 +22,7 @@ const FIELDS: &[(&str, f64, f64)] = &[
     (
         "field(fn(p) => 0.1 * sin(20 * p.x) * sin(20 * p.y) * sin(20 * p.z), within: 8)",
         20.0,
-        1.11,
+        1.15,
     ),
     (
         "field(fn(p) => p.y - 0.3 * sin(2 * p.x) * cos(3 * p.z), within: 2000)",

@@ -18,6 +18,16 @@ pub(super) fn is_start(phase: f32) -> bool {
     (phase > 0.0) & (phase < candidate::MIN_TAP_PHASE)
 }
 
+/// Returns the mask of the lanes whose checks wait for the others.
+#[inline(always)]
+pub(super) fn waiting_lanes(phases: &F32x64) -> u64 {
+    let advances = probes_next(phases);
+    let lanes = phases.0.iter().enumerate();
+    lanes.fold(0, |mask, (lane, &phase)| {
+        mask | u64::from(is_probe(phase) != advances) << lane
+    })
+}
+
 /// Reports whether probes advance next: most checks of the block are in them.
 ///
 /// Lanes without a task advance, too, so each turn ends.

@@ -30,6 +30,12 @@ pub(super) trait RayTask {
         let _ = block;
         None
     }
+    /// Returns the mask of the lanes whose tasks wait for the others in the block: their values do not count.
+    #[inline(always)]
+    fn waiting_lanes(&self, block: &Self::Block, is_divergent: bool) -> u64 {
+        let _ = (block, is_divergent);
+        0
+    }
     /// Computes the points of the next evaluation of divergent tasks.
     #[inline(always)]
     fn divergent_points(&self, block: &Self::Block, points: &mut Points) {
@@ -203,9 +209,11 @@ fn run<W: RayTask>(task: &mut W, evaluator: &mut dyn Evaluator, items: &[u32]) -
         evaluations += count as u64;
         if running_count > 0 {
             running.compute_points::<W, false>(task, running_count);
+            evaluations -= running.waiting::<W>(task, running_count, false);
         }
         if divergent_count > 0 {
             divergent.compute_points::<W, true>(task, divergent_count);
+            evaluations -= divergent.waiting::<W>(task, divergent_count, true);
         }
         if running_count == 0 {
             divergent.evaluate(evaluator, count);
@@ -352,6 +360,18 @@ impl<B: Lanes> Pool<B> {
                 task.points(block, points);
             }
         }
+    }
+
+    /// Returns the number of the first `count` tasks that wait for others.
+    #[inline(always)]
+    fn waiting<W: RayTask<Block = B>>(&self, task: &W, count: usize, is_divergent: bool) -> u64 {
+        let mut waiting = 0;
+        for (number, block) in self.blocks[..count.div_ceil(LANES)].iter().enumerate() {
+            let used = u64::MAX >> (LANES - (count - number * LANES).min(LANES));
+            let lanes = task.waiting_lanes(block, is_divergent) & used;
+            waiting += u64::from(lanes.count_ones());
+        }
+        waiting
     }
 
     /// Creates buffers for at least this number of blocks.

@@ -4,7 +4,7 @@ mod candidate_check;
 mod sized;
 mod starts;
 
-use super::probe_turns::{is_probe, probes_next};
+use super::probe_turns::{is_probe, probes_next, waiting_lanes};
 use super::ray_tasks::{
     ColumnChoice, RayTask, any_nonzero, is_nan, lane_vector, lanes, run_streamed, set_lane_vector,
     store_point,
@@ -175,6 +175,15 @@ impl<const FORM: u32> RayTask for ShadowRays<'_, FORM> {
     #[inline(always)]
     fn divergent_mask(block: &ShadowLanes) -> Option<&F32x64> {
         has_penumbra(FORM).then_some(&block.phase)
+    }
+
+    #[inline(always)]
+    fn waiting_lanes(&self, block: &ShadowLanes, is_divergent: bool) -> u64 {
+        if is_divergent {
+            waiting_lanes(&block.phase)
+        } else {
+            0
+        }
     }
 
     #[inline(always)]

@@ -1,7 +1,7 @@
 //! Checks of occluder candidates at taps: whether a surface is as near as the field says, by the phases of
 //! [`candidate`].
 
-use super::super::probe_turns::{is_probe, probes_next};
+use super::super::probe_turns::{is_probe, probes_next, waiting_lanes};
 use super::super::ray_tasks::{
     ColumnChoice, RayTask, is_nan, lane_vector, lanes, run_streamed, set_lane_vector, store_point,
 };
@@ -145,6 +145,11 @@ impl RayTask for CandidateChecks<'_> {
         block.offset_y.0[lane] = 0.0;
         block.offset_z.0[lane] = 0.0;
         true
+    }
+
+    #[inline(always)]
+    fn waiting_lanes(&self, block: &CheckLanes, _is_divergent: bool) -> u64 {
+        waiting_lanes(&block.phase)
     }
 
     #[inline(always)]
