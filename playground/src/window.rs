@@ -9,6 +9,7 @@ mod canvas;
 mod corner_labels;
 mod dialogs;
 mod icon;
+mod input_queue;
 mod menu;
 mod params;
 mod picture_view;
@@ -26,6 +27,7 @@ use crate::renderer::EngineOpener;
 use crate::session::{Event, Session};
 use crate::session_host::SessionHost;
 use eframe::egui::{self, Context, Frame, Margin, Panel, Ui, ViewportBuilder, ViewportCommand};
+use input_queue::{InputQueue, KeyReceiver};
 use sdfc_io::files::Files;
 use state::{Dialog, WindowState};
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
@@ -148,6 +150,11 @@ struct Window {
     examples: Vec<Example>,
     picture_view: picture_view::PictureView,
     state: WindowState,
+    input: InputQueue,
+    /// Widget that had the focus when the last frame began.
+    focus: Option<egui::Id>,
+    /// Receiver of the keys of this frame.
+    key_receiver: KeyReceiver,
     title: String,
 }
 
@@ -163,6 +170,9 @@ impl Window {
             examples: services.examples,
             picture_view: picture_view::PictureView::default(),
             state: WindowState::default(),
+            input: InputQueue::default(),
+            focus: None,
+            key_receiver: KeyReceiver::Window,
             title,
         })
     }
@@ -203,7 +213,7 @@ impl eframe::App for Window {
         let ctx = ui.ctx().clone();
         self.turn(&ctx);
         let mut events = Vec::new();
-        let mut actions = action::pressed(&ctx);
+        let mut actions = action::pressed(&ctx, self.key_receiver, self.state.dialog);
         let session = self.studio.session();
         let state = &mut self.state;
         let margins = |x, y| Frame::new().inner_margin(Margin::symmetric(x, y));
@@ -259,6 +269,25 @@ impl eframe::App for Window {
         }
         // New events are processed without waiting for the next frame.
         self.turn(&ctx);
+    }
+
+    fn raw_input_hook(&mut self, ctx: &Context, raw_input: &mut egui::RawInput) {
+        let focus = ctx.memory(egui::Memory::focused);
+        // A number box becomes a text field in the frame after it received the focus.
+        let is_new = std::mem::replace(&mut self.focus, focus) != focus && focus.is_some();
+        // The focus is read here, because Escape ends it before the frame reads keys.
+        self.key_receiver = match self.state.dialog {
+            Dialog::Open if self.state.frames_until_focus > 0 => KeyReceiver::NoneYet,
+            _ if is_new => KeyReceiver::NoneYet,
+            _ if ctx.text_edit_focused() => KeyReceiver::TextField,
+            _ if focus.is_some() => KeyReceiver::Widget,
+            _ => KeyReceiver::Window,
+        };
+        let events = std::mem::take(&mut raw_input.events);
+        raw_input.events = self.input.next_frame(events, self.key_receiver);
+        if !self.input.is_empty() || is_new {
+            ctx.request_repaint();
+        }
     }
 
     fn clear_color(&self, _visuals: &egui::Visuals) -> [f32; 4] {

@@ -1,9 +1,10 @@
 //! Actions of keys, menus and buttons, in one list shared by the menus, the help and the keyboard.
 
+use super::input_queue::KeyReceiver;
 use super::state::{Dialog, WindowState};
 use super::view_picker::{VIEW_KINDS, ViewKind};
 use crate::session::{CameraEvent, Event, Session, TimeEvent};
-use eframe::egui::{Context, Key, Modifiers, Popup, ViewportCommand};
+use eframe::egui::{self, Context, Key, Modifiers, Popup, ViewportCommand};
 use sdfc_compiler::export::Target;
 use sdfc_runtime::settings::ViewSide;
 use std::path::{Path, PathBuf};
@@ -62,7 +63,7 @@ const CTRL: Modifiers = Modifiers::COMMAND;
 const SHIFT: Modifiers = Modifiers::SHIFT;
 
 /// All key bindings. Of two bindings of the same key, the one with modifiers comes first.
-pub(super) const KEYS: [KeyBinding; 24] = [
+pub(super) static KEYS: [KeyBinding; 24] = [
     bind(
         "F",
         NO_MODIFIER,
@@ -183,13 +184,13 @@ pub(super) const KEYS: [KeyBinding; 24] = [
         "all params as in the text",
     ),
     bind(
-        "W",
-        NO_MODIFIER,
+        "Ctrl W",
+        CTRL,
         Key::W,
         Action::WriteParams,
         "write changed params into the text",
     ),
-    bind("S", NO_MODIFIER, Key::S, Action::Save, "save the picture"),
+    bind("Ctrl S", CTRL, Key::S, Action::Save, "save the picture"),
     bind("O", NO_MODIFIER, Key::O, Action::Open, "open a file"),
     bind(
         "P",
@@ -221,27 +222,69 @@ pub(super) fn key_of(action: Action) -> &'static str {
     actions.map_or("", |binding| binding.name)
 }
 
-/// Returns the actions whose keys were pressed. No keys are taken while a text field has the focus.
-pub(super) fn pressed(ctx: &Context) -> Vec<Action> {
-    let is_typing = ctx.text_edit_focused();
+/// Takes the keys bound to actions from the input, and returns the actions in the order of the presses.
+///
+/// A focused widget comes first: a text field keeps all keys, other widgets keep those that operate them.
+/// An open dialog keeps the keys that do not close it.
+pub(super) fn pressed(ctx: &Context, receiver: KeyReceiver, dialog: Dialog) -> Vec<Action> {
+    let is_typing = matches!(receiver, KeyReceiver::TextField | KeyReceiver::NoneYet);
+    let is_typing = is_typing || dialog == Dialog::Open;
     // Escape closes an open menu first.
     let is_menu_open = Popup::is_any_open(ctx);
+    let is_taken = |action, key| match action {
+        Action::Close => is_menu_open || is_typing && dialog == Dialog::None,
+        Action::Help | Action::Quit => is_typing,
+        _ => {
+            let is_operated = receiver == KeyReceiver::Widget && operates_widgets(key);
+            is_typing || is_operated || dialog != Dialog::None
+        }
+    };
     ctx.input_mut(|input| {
         let mut actions = Vec::new();
-        for binding in &KEYS {
-            let is_close = binding.action == Action::Close;
-            if is_close && is_menu_open || is_typing && !is_close {
-                continue;
-            }
-            if input.consume_key(binding.modifiers, binding.key) {
+        input.events.retain(|event| {
+            let binding =
+                binding_of(event).filter(|(binding, _)| !is_taken(binding.action, binding.key));
+            let Some((binding, is_repeat)) = binding else {
+                return true;
+            };
+            if !is_repeat || binding.action.repeats() {
                 actions.push(binding.action);
             }
-        }
+            false
+        });
         actions
     })
 }
 
+/// Reports whether a key operates focused buttons and sliders.
+fn operates_widgets(key: Key) -> bool {
+    matches!(key, Key::Space | Key::ArrowLeft | Key::ArrowRight)
+}
+
+/// Returns the binding of a pressed key, and whether the press is a repetition of a held key.
+fn binding_of(event: &egui::Event) -> Option<(&'static KeyBinding, bool)> {
+    let egui::Event::Key {
+        key,
+        pressed: true,
+        repeat,
+        modifiers,
+        ..
+    } = event
+    else {
+        return None;
+    };
+    let is_pressed = |binding: &&KeyBinding| {
+        binding.key == *key && modifiers.matches_logically(binding.modifiers)
+    };
+    Some((KEYS.iter().find(is_pressed)?, *repeat))
+}
+
 impl Action {
+    /// Reports whether a held key repeats the action.
+    fn repeats(self) -> bool {
+        matches!(self, Self::Step(_) | Self::NextMode(_))
+    }
+
     /// Runs the action: through events on the session, directly on the window.
     pub(super) fn run(
         self,
@@ -346,6 +389,68 @@ mod tests {
         assert_eq!(key_of(Action::Face(ViewSide::Bottom)), "Ctrl 7");
         assert_eq!(key_of(Action::CopyCamera), "C");
         assert_eq!(key_of(Action::Copy(Target::Glsl)), "");
+    }
+
+    /// Returns the actions of keys pressed in one frame.
+    fn actions_of(keys: &[(Key, Modifiers)], receiver: KeyReceiver, dialog: Dialog) -> Vec<Action> {
+        let event = |&(key, modifiers): &(Key, Modifiers)| egui::Event::Key {
+            key,
+            physical_key: None,
+            pressed: true,
+            repeat: false,
+            modifiers,
+        };
+        let input = egui::RawInput {
+            events: keys.iter().map(event).collect(),
+            ..egui::RawInput::default()
+        };
+        let mut actions = Vec::new();
+        let _ = Context::default().run_ui(input, |ui| {
+            actions.extend(pressed(ui.ctx(), receiver, dialog));
+        });
+        actions
+    }
+
+    const HELD_CTRL: Modifiers = Modifiers {
+        ctrl: true,
+        command: true,
+        ..Modifiers::NONE
+    };
+
+    #[test]
+    fn every_press_counts_once_and_in_order() {
+        let keys = [Key::P, Key::S, Key::M, Key::W, Key::O].map(|key| (key, NO_MODIFIER));
+        let actions = actions_of(&keys, KeyReceiver::Window, Dialog::None);
+        let expected = [Action::TogglePanels, Action::NextMode(1), Action::Open];
+        assert_eq!(actions, expected, "S and W write files");
+        let keys = [(Key::W, HELD_CTRL), (Key::S, HELD_CTRL)];
+        let actions = actions_of(&keys, KeyReceiver::Window, Dialog::None);
+        assert_eq!(actions, [Action::WriteParams, Action::Save]);
+    }
+
+    #[test]
+    fn a_focused_widget_keeps_its_keys() {
+        let keys = [
+            (Key::P, NO_MODIFIER),
+            (Key::Space, NO_MODIFIER),
+            (Key::Q, HELD_CTRL),
+            (Key::Escape, NO_MODIFIER),
+        ];
+        for receiver in [KeyReceiver::TextField, KeyReceiver::NoneYet] {
+            assert_eq!(actions_of(&keys, receiver, Dialog::None), []);
+        }
+        let actions = actions_of(&keys, KeyReceiver::Widget, Dialog::None);
+        let expected = [Action::TogglePanels, Action::Quit, Action::Close];
+        assert_eq!(actions, expected, "Space presses a button");
+    }
+
+    #[test]
+    fn a_dialog_leaves_only_the_keys_that_close_it() {
+        let keys = [Key::M, Key::R, Key::Questionmark, Key::Escape].map(|key| (key, NO_MODIFIER));
+        let actions = actions_of(&keys, KeyReceiver::Window, Dialog::Help);
+        assert_eq!(actions, [Action::Help, Action::Close]);
+        let actions = actions_of(&keys, KeyReceiver::TextField, Dialog::Open);
+        assert_eq!(actions, [Action::Close]);
     }
 
     #[test]

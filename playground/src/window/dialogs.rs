@@ -96,8 +96,10 @@ fn open(ui: &mut Ui, state: &mut WindowState, events: &mut Vec<Event>) {
         .margin(Margin::symmetric(8, 6))
         .desired_width(f32::INFINITY);
     let field = ui.add(field);
-    if std::mem::take(&mut state.path_is_new) {
+    if state.frames_until_focus > 0 {
+        state.frames_until_focus -= 1;
         field.request_focus();
+        ui.request_repaint();
     }
     let enter = field.lost_focus() && ui.input(|input| input.key_pressed(Key::Enter));
     ui.add_space(4.0);

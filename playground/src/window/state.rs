@@ -20,6 +20,8 @@ pub(super) enum Dialog {
     Open,
 }
 
+/// Number of frames in which an opened input field requests the focus.
+const FRAMES_UNTIL_FOCUS: u8 = 2;
 /// Display time of a message in seconds.
 const MESSAGE_SECONDS: f64 = 4.0;
 /// Time in seconds over which the frame rate is measured.
@@ -32,8 +34,8 @@ pub(super) struct WindowState {
     pub(super) dialog: Dialog,
     /// Path in the input field.
     pub(super) path: String,
-    /// True if the input field was just opened.
-    pub(super) path_is_new: bool,
+    /// Number of frames until the opened input field has the focus. The first one only lays it out.
+    pub(super) frames_until_focus: u8,
     /// True if the report of warnings is open.
     pub(super) report_open: bool,
     /// Plane of slices, once it was moved.
@@ -55,7 +57,7 @@ impl Default for WindowState {
             panels: true,
             dialog: Dialog::None,
             path: String::new(),
-            path_is_new: false,
+            frames_until_focus: 0,
             report_open: false,
             slice: None,
             other: None,
@@ -71,7 +73,7 @@ impl WindowState {
     /// Opens the path dialog, initialised with the current file.
     pub(super) fn open_path(&mut self, session: &Session) {
         self.dialog = Dialog::Open;
-        self.path_is_new = true;
+        self.frames_until_focus = FRAMES_UNTIL_FOCUS;
         if self.path.is_empty() {
             self.path = session.source().path().display().to_string();
         }

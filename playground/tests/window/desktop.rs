@@ -156,6 +156,22 @@ impl<'d> Window<'d> {
         window
     }
 
+    /// Stops the process, as a long computation would. Input waits until it resumes.
+    pub(crate) fn stop(&self) {
+        self.signal("-STOP");
+    }
+
+    /// Resumes the process.
+    pub(crate) fn resume(&self) {
+        self.signal("-CONT");
+    }
+
+    fn signal(&self, name: &str) {
+        let index = self.process.id().to_string();
+        let status = Command::new("kill").args([name, &index]).status();
+        assert!(status.expect("the command").success(), "kill {name} failed");
+    }
+
     /// Waits until the screen satisfies a condition, and returns it.
     pub(crate) fn until(&self, what: &str, holds: impl Fn(&Screen) -> bool) -> Screen {
         let started = Instant::now();

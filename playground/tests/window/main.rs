@@ -213,7 +213,7 @@ fn sliders_mouse_and_keys_change_the_picture() {
     // The changed value is written into the text, and nothing else changes.
     desktop.drag("1", [x + 4, y as i32], [x + 150, y as i32]);
     window.until("a larger ball", |screen| red(screen) > 2 * small);
-    desktop.key("w");
+    desktop.key("ctrl+w");
     window.until("the params as in the text", |screen| {
         scene.text() != ball("#ff0000", "")
             && screen.count(PARAMS_AREA, is_close_to([122, 170, 245])) == 0
@@ -286,6 +286,37 @@ fn sliders_mouse_and_keys_change_the_picture() {
     window.until("no menu", |screen| {
         screen.differs(&first, PICTURE_AREA) == 0
     });
+}
+
+#[test]
+fn typing_while_the_program_is_busy_reaches_the_field() {
+    if is_window_skipped() {
+        return;
+    }
+    let desktop = Desktop::start();
+    let scene = SceneFolder::new(&ball("#ff0000", ""));
+    let window = opened(&desktop, &scene);
+    window.wait_until_idle();
+    let other = ball("#0000ff", "");
+    fs::write(scene.folder.path().join("swpm.sdf"), other).expect("written");
+
+    // All keys arrive in one frame, before the field exists.
+    window.stop();
+    let keys = [
+        "o", "ctrl+a", "s", "w", "p", "m", "period", "s", "d", "f", "Return",
+    ];
+    for key in keys {
+        desktop.key(key);
+    }
+    window.resume();
+    window.until("the other scene, without panels", shows(BLUE));
+
+    // The field is closed, so that a key of the window counts again.
+    desktop.key("ctrl+s");
+    let is_saved = || scene.folder.path().join("swpm.png").exists();
+    window.until("the saved picture", |_| is_saved());
+    let files = fs::read_dir(scene.folder.path()).expect("the folder");
+    assert_eq!(files.count(), 3, "two scenes and one picture");
 }
 
 #[test]
