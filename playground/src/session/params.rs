@@ -39,6 +39,18 @@ impl ParamState {
         param_source::text(self.spec.kind, &self.value, self.source.as_ref())
     }
 
+    /// Replaces a value by that of the text if both are written the same way. A colour picker computes in
+    /// `f32`, and texts hold eight bits of each channel.
+    fn snapped_to_text(&self, value: Vec<f64>) -> Vec<f64> {
+        let written =
+            |value: &[f64]| param_source::text(self.spec.kind, value, self.source.as_ref());
+        if written(&value) == written(&self.spec.default) {
+            self.spec.default.clone()
+        } else {
+            value
+        }
+    }
+
     /// Returns the nearest value that the declaration allows; `None` for a value of the wrong length or
     /// with non-finite numbers.
     fn clamped(&self, mut value: Vec<f64>) -> Option<Vec<f64>> {
@@ -106,7 +118,7 @@ impl ParamStates {
                 .filter(|old| old.is_changed())
                 .and_then(|old| param.clamped(old.value.clone()))
             {
-                param.value = value;
+                param.value = param.snapped_to_text(value);
             }
             self.all.push(param);
         }
@@ -116,7 +128,8 @@ impl ParamStates {
         let Some(param) = self.all.get_mut(index) else {
             return ParamChange::None;
         };
-        match param.clamped(value) {
+        let value = param.clamped(value);
+        match value.map(|value| param.snapped_to_text(value)) {
             Some(value) if value != param.value => {
                 param.value = value;
                 if param.spec.structural {

@@ -126,6 +126,38 @@ fn a_value_is_written_into_the_text_and_nothing_else_changes() {
 }
 
 #[test]
+fn a_colour_that_was_written_follows_the_text_again() {
+    let mut harness = Harness::new(SCENE);
+    harness.run_to_rest();
+    // A picker's channels are no multiples of 1/255 on screen.
+    harness.handle(Event::Set(2, vec![0.512_345, 0.123_456, 0.700_001]));
+    harness.handle(Event::WriteBack(vec![2]));
+    harness.run_to_rest();
+    let text = harness.files.text("a.sdf");
+    assert_ne!(text, SCENE);
+    harness.save(&text);
+    harness.run_to_rest();
+    let param = &harness.session.params()[2];
+    assert!(!param.is_changed(), "{:?} is written", param.value);
+    harness.save(&SCENE.replace("#3aa6ff", "#00ff00"));
+    harness.run_to_rest();
+    let value = &harness.session.params()[2].value;
+    assert_eq!(value, &[0.0, 1.0, 0.0], "the edit counts");
+}
+
+#[test]
+fn a_value_dragged_back_is_the_texts_own() {
+    let text = "param turn = 30deg in 0deg..=90deg;\nbox(1).rotate(turn, Y)\n";
+    let mut harness = Harness::new(text);
+    harness.run_to_rest();
+    let degree = 1_f64.to_radians();
+    harness.handle(Event::Set(0, vec![40.0 * degree]));
+    assert!(harness.session.params()[0].is_changed());
+    harness.handle(Event::Set(0, vec![30.0 * degree * (1.0 + 1e-15)]));
+    assert!(!harness.session.params()[0].is_changed());
+}
+
+#[test]
 fn a_text_that_changed_meanwhile_is_not_written_over() {
     let mut harness = Harness::new(SCENE);
     harness.run_to_rest();
