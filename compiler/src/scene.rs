@@ -55,6 +55,8 @@ pub struct Scene {
     pub is_2d: bool,
     /// Set if z is the axis that points up (`scene { up: z }`).
     pub z_up: bool,
+    /// Millimetres per scene unit (`scene { units: mm }`).
+    pub unit_mm: f64,
     /// Output of `print`.
     pub printed: Vec<String>,
 }

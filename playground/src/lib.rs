@@ -9,6 +9,7 @@
 pub mod build;
 pub mod camera;
 pub mod inspect;
+pub mod param_input;
 pub mod param_source;
 pub mod renderer;
 pub mod session;

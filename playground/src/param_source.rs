@@ -33,6 +33,8 @@ pub struct ParamSource {
     pub span: Span,
     /// Unit of the numbers.
     pub unit: UnitScale,
+    /// Millimetres per scene unit.
+    pub unit_mm: f64,
     /// True if the value is written as a screen colour, `#3aa6ff`.
     hex: bool,
 }
@@ -73,6 +75,7 @@ pub fn param_sources(scene: &Scene, sources: &Sources) -> Vec<Option<ParamSource
             Some(ParamSource {
                 span: declaration.value.span,
                 unit,
+                unit_mm: scene.unit_mm,
                 hex: matches!(declaration.value.kind, ExprKind::Color(_)),
             })
         })

@@ -11,6 +11,7 @@ mod dialogs;
 mod icon;
 mod input_queue;
 mod menu;
+mod number_box;
 mod params;
 mod picture_view;
 mod report;
@@ -213,6 +214,7 @@ impl eframe::App for Window {
         let ctx = ui.ctx().clone();
         self.turn(&ctx);
         let mut events = Vec::new();
+        number_box::observe_escape(&ctx);
         let mut actions = action::pressed(&ctx, self.key_receiver, self.state.dialog);
         let session = self.studio.session();
         let state = &mut self.state;
@@ -236,7 +238,7 @@ impl eframe::App for Window {
                 .default_size(250.0)
                 .size_range(190.0..=420.0)
                 .show(ui, |ui| {
-                    actions.extend(params::show(ui, session, &mut events))
+                    actions.extend(params::show(ui, session, state, &mut events))
                 });
         }
         if state.panels {

@@ -58,6 +58,7 @@ impl<'a> Elaborator<'a> {
             checks: self.checks,
             is_2d,
             z_up: self.z_up,
+            unit_mm: self.unit_mm,
             printed: self.printed,
         };
         (Some(scene), self.reports.into_vec())

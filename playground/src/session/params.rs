@@ -1,6 +1,7 @@
 //! Params of a scene and their current values.
 
 use crate::build::BuiltScene;
+use crate::param_input;
 use crate::param_source::{self, ParamSource};
 use sdfc_vm::settings::{Param, ParamKind};
 use std::sync::Arc;
@@ -37,6 +38,16 @@ impl ParamState {
     /// Returns the value in the notation of the language.
     pub fn text(&self) -> String {
         param_source::text(self.spec.kind, &self.value, self.source.as_ref())
+    }
+
+    /// Evaluates a typed number with an optional unit, such as `9cm`.
+    ///
+    /// # Errors
+    ///
+    /// A message if the text is not a number of the param's quantity.
+    pub fn evaluate(&self, text: &str) -> Result<f64, String> {
+        let (_, factor) = self.unit();
+        param_input::evaluate(text, self.spec.kind, factor, self.source.as_ref())
     }
 
     /// Replaces a value by that of the text if both are written the same way. A colour picker computes in

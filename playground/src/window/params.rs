@@ -2,13 +2,20 @@
 
 use super::action::{Action, key_of};
 use super::icon::{self, Icon};
+use super::number_box;
+use super::state::WindowState;
 use super::theme;
 use crate::session::{Event, ParamState, Session};
 use eframe::egui::{self, Align, DragValue, Layout, RichText, Slider, Ui, vec2};
 use sdfc_vm::settings::ParamKind;
 
 /// Shows the controls. Changes become events and actions.
-pub(super) fn show(ui: &mut Ui, session: &Session, events: &mut Vec<Event>) -> Vec<Action> {
+pub(super) fn show(
+    ui: &mut Ui,
+    session: &Session,
+    state: &mut WindowState,
+    events: &mut Vec<Event>,
+) -> Vec<Action> {
     let mut actions = Vec::new();
     ui.add_space(2.0);
     ui.label(theme::heading("PARAMS"));
@@ -20,7 +27,7 @@ pub(super) fn show(ui: &mut Ui, session: &Session, events: &mut Vec<Event>) -> V
         .auto_shrink([false, true])
         .show(ui, |ui| {
             for (index, param) in session.params().iter().enumerate() {
-                ui.push_id(index, |ui| row(ui, index, param, events));
+                ui.push_id(index, |ui| row(ui, index, param, state, events));
                 ui.add_space(5.0);
             }
         });
@@ -47,7 +54,13 @@ pub(super) fn show(ui: &mut Ui, session: &Session, events: &mut Vec<Event>) -> V
 }
 
 /// Shows a param: its name, its value, and a slider below if it has a range.
-fn row(ui: &mut Ui, index: usize, param: &ParamState, events: &mut Vec<Event>) {
+fn row(
+    ui: &mut Ui,
+    index: usize,
+    param: &ParamState,
+    state: &mut WindowState,
+    events: &mut Vec<Event>,
+) {
     let scale = DisplayScale::from_param(param);
     let mut value = param.value.clone();
     let mut changed = false;
@@ -58,7 +71,7 @@ fn row(ui: &mut Ui, index: usize, param: &ParamState, events: &mut Vec<Event>) {
             name(ui, param);
         });
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
-            changed |= compact(ui, param, &scale, &mut value);
+            changed |= compact(ui, param, &scale, state, &mut value);
             if param.is_changed() {
                 buttons(ui, index, param, events);
             }
@@ -69,10 +82,7 @@ fn row(ui: &mut Ui, index: usize, param: &ParamState, events: &mut Vec<Event>) {
         changed |= slider(ui, param, &scale, range, &mut value[0]);
     }
     if changed {
-        events.push(Event::Set(
-            index,
-            snapped_to_default(value, &param.spec.default),
-        ));
+        events.push(Event::Set(index, value));
     }
 }
 
@@ -171,7 +181,13 @@ fn name(ui: &mut Ui, param: &ParamState) {
 }
 
 /// Shows the control at the end of a param's line; returns whether it changed the value.
-fn compact(ui: &mut Ui, param: &ParamState, scale: &DisplayScale, value: &mut [f64]) -> bool {
+fn compact(
+    ui: &mut Ui,
+    param: &ParamState,
+    scale: &DisplayScale,
+    state: &mut WindowState,
+    value: &mut [f64],
+) -> bool {
     match (param.spec.kind, value) {
         (ParamKind::Bool, [value]) => {
             let mut is_on = *value != 0.0;
@@ -192,7 +208,7 @@ fn compact(ui: &mut Ui, param: &ParamState, scale: &DisplayScale, value: &mut [f
         }
         (_, [value]) => {
             ui.spacing_mut().interact_size.x = 64.0;
-            number(ui, param, scale, value, "")
+            number(ui, param, scale, state, value, "")
         }
         (_, value) => {
             // Laid out from right to left, so that x is on the left.
@@ -201,18 +217,26 @@ fn compact(ui: &mut Ui, param: &ParamState, scale: &DisplayScale, value: &mut [f
             ui.spacing_mut().item_spacing.x = 3.0;
             ui.spacing_mut().interact_size.x = 46.0;
             for (axis, value) in value.iter_mut().enumerate().rev() {
-                changed |= number(ui, param, scale, value, names.get(axis).unwrap_or(&""));
+                changed |= number(
+                    ui,
+                    param,
+                    scale,
+                    state,
+                    value,
+                    names.get(axis).unwrap_or(&""),
+                );
             }
             changed
         }
     }
 }
 
-/// Shows a number that can be dragged or typed.
+/// Shows the number box of a component.
 fn number(
     ui: &mut Ui,
     param: &ParamState,
     scale: &DisplayScale,
+    state: &mut WindowState,
     value: &mut f64,
     prefix: &str,
 ) -> bool {
@@ -225,7 +249,12 @@ fn number(
     if let Some((min, max)) = param.spec.range {
         drag = drag.range(min / scale.factor..=max / scale.factor);
     }
-    let changed = ui.add(drag).changed();
+    let parse = |text: &str| param.evaluate(text).map(|value| value / scale.factor);
+    let entry = number_box::show(ui, drag, *value / scale.factor, parse);
+    if let Some(why) = entry.problem {
+        state.show_message(ui.ctx(), why);
+    }
+    let changed = entry.response.changed();
     if changed {
         *value = shown * scale.factor;
     }
@@ -274,16 +303,6 @@ fn buttons(ui: &mut Ui, index: usize, param: &ParamState, events: &mut Vec<Event
     }
 }
 
-/// Replaces values that differ from the text only by rounding.
-fn snapped_to_default(mut value: Vec<f64>, default: &[f64]) -> Vec<f64> {
-    for (value, default) in value.iter_mut().zip(default) {
-        if (*value - default).abs() <= 1e-12 * default.abs() {
-            *value = *default;
-        }
-    }
-    value
-}
-
 /// Formats a number with at most four decimals.
 fn format_short(v: f64) -> String {
     let text = format!("{v:.4}");
@@ -293,17 +312,6 @@ fn format_short(v: f64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn a_value_dragged_back_is_the_texts_own() {
-        let angle = 30_f64.to_radians();
-        let back = (angle / 1_f64.to_radians()) * 1_f64.to_radians();
-        assert_eq!(
-            snapped_to_default(vec![back, 0.5], &[angle, 0.5]),
-            [angle, 0.5]
-        );
-        assert_eq!(snapped_to_default(vec![1.0, 0.0], &[1.1, 0.0]), [1.0, 0.0]);
-    }
 
     #[test]
     fn numbers_of_ranges_are_short() {

@@ -2,10 +2,13 @@
 
 use super::action::{Action, key_of};
 use super::icon::{self, Icon};
+use super::number_box;
 use super::theme;
+use crate::param_input::evaluate;
 use crate::session::{Event, Session, TimeEvent};
 use crate::timeline::SPEED_RANGE;
 use eframe::egui::{Align, DragValue, Layout, RichText, Slider, Ui, vec2};
+use sdfc_vm::settings::ParamKind;
 
 /// Shows the time bar of an animated scene.
 pub(super) fn show(ui: &mut Ui, session: &Session, events: &mut Vec<Event>) {
@@ -44,7 +47,9 @@ pub(super) fn show(ui: &mut Ui, session: &Session, events: &mut Vec<Event>) {
                 .speed(0.02)
                 .max_decimals(2)
                 .suffix("×");
-            if ui.add(drag).on_hover_text("speed").changed() {
+            let parse = |text: &str| evaluate(text, ParamKind::Float, 1.0, None);
+            let entry = number_box::show(ui, drag, timeline.speed(), parse);
+            if entry.response.on_hover_text("speed").changed() {
                 events.push(Event::Time(TimeEvent::Speed(speed)));
             }
             let mut repeats = timeline.repeats();

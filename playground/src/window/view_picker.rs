@@ -1,14 +1,17 @@
 //! The selector of view modes, with the controls of the slice plane and of the compared engine.
 
+use super::number_box;
 use super::state::WindowState;
 use super::theme;
 use super::widgets::{choice_button, grid};
 use crate::inspect::slice::FrontSurfaces;
+use crate::param_input::evaluate;
 use crate::renderer::{SlicePlane, ViewMode};
 use crate::session::{Event, Session};
 use eframe::egui::{self, Slider, Ui};
 use sdfc_runtime::engine::EngineKind;
 use sdfc_runtime::render::Mode;
+use sdfc_vm::settings::ParamKind;
 
 /// A view mode without its controls.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -230,10 +233,16 @@ fn plane(ui: &mut Ui, session: &Session, slice_plane: SlicePlane) -> Option<Slic
     });
     let (min, max) = coordinate_range(session, moved.axis);
     let mut coordinate = moved.coordinate;
+    let is_restored = number_box::is_escaped(ui.ctx());
     ui.spacing_mut().slider_width = (ui.available_width() - 66.0).max(40.0);
     let slider = Slider::new(&mut coordinate, min..=max)
         .smart_aim(false)
         .max_decimals(3)
+        .update_while_editing(false)
+        .custom_parser(|text| match is_restored {
+            true => Some(slice_plane.coordinate),
+            false => evaluate(text, ParamKind::Float, 1.0, None).ok(),
+        })
         .clamping(egui::SliderClamping::Never);
     if ui.add(slider).changed() {
         moved.coordinate = coordinate;

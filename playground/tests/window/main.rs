@@ -320,6 +320,47 @@ fn typing_while_the_program_is_busy_reaches_the_field() {
 }
 
 #[test]
+fn a_typed_number_counts_once_it_is_complete() {
+    if is_window_skipped() {
+        return;
+    }
+    let desktop = Desktop::start();
+    let text = ball("#ff0000", "").replace("0.5 in 0.2..=1.5", "50cm in 20cm..=150cm");
+    let scene = SceneFolder::new(&text);
+    let window = opened(&desktop, &scene);
+    desktop.key("p");
+    let panels = window.until("the panels", |screen| {
+        screen.count(PARAMS_AREA, is_slider) > 20
+    });
+    let red = |screen: &Screen| screen.count(PICTURE_AREA, is_close_to(RED));
+    let small = red(&window.wait_until_idle());
+    let slider = panels.positions(PARAMS_AREA, is_slider);
+    let y = slider.iter().map(|position| position[1]).sum::<usize>() / slider.len();
+    // The number stands above the right end of the slider.
+    let number = ["215".to_owned(), (y - 24).to_string()];
+    let type_number = |keys: &[&str]| {
+        desktop.tool(&["mousemove", &number[0], &number[1], "click", "1"]);
+        for key in keys {
+            desktop.key(key);
+        }
+        desktop.park();
+    };
+    type_number(&["1", "period", "2", "m"]);
+    assert_eq!(red(&window.wait_until_idle()), small, "it is incomplete");
+    desktop.key("Return");
+    let large = window.until("a larger ball", |screen| red(screen) > 4 * small);
+    type_number(&["3", "0", "Escape"]);
+    assert_eq!(
+        red(&window.wait_until_idle()),
+        red(&large),
+        "Escape restores"
+    );
+    desktop.key("ctrl+w");
+    let written = text.replace("50cm in", "120cm in");
+    window.until("the written number", |_| scene.text() == written);
+}
+
+#[test]
 fn a_thousand_edits_hold_memory_and_file_handles() {
     let Some(edits) = std::env::var("SDFC_SOAK").ok() else {
         return;
