@@ -17,6 +17,7 @@ mod engine_selection;
 mod event;
 mod motion;
 mod one_off;
+mod opening;
 mod params;
 mod queries;
 mod refinement;
@@ -53,6 +54,8 @@ const DEFAULT_SIZE: [u32; 2] = [640, 360];
 #[derive(Debug)]
 pub struct Session {
     source: SceneOrigin,
+    /// Scene to be opened once it is built.
+    opening: Option<SceneOrigin>,
     /// Number of the last build that was started.
     last_build: u64,
     building: Option<u64>,
@@ -139,6 +142,7 @@ impl Session {
     pub fn new(source: SceneOrigin, devices: Devices) -> Self {
         Self {
             source,
+            opening: None,
             last_build: 0,
             building: None,
             settles_at: None,
@@ -264,7 +268,7 @@ impl Session {
             self.needs_rebuild = true;
         }
         self.advance(now);
-        if self.needs_rebuild && self.building.is_none() {
+        if (self.needs_rebuild || self.opening.is_some()) && self.building.is_none() {
             self.build();
         }
         if !self.is_watching {
@@ -290,24 +294,6 @@ impl Session {
         wakeups.into_iter().flatten().min()
     }
 
-    fn open(&mut self, source: SceneOrigin) {
-        if source == self.source && self.scene.is_some() {
-            return;
-        }
-        self.source = source;
-        // A build in progress belongs to the previous scene.
-        self.building = None;
-        self.scene = None;
-        self.params = ParamStates::default();
-        self.camera = None;
-        self.camera_name = None;
-        self.is_camera_moved = false;
-        self.timeline = None;
-        self.picked = None;
-        self.ray_costs.clear();
-        self.needs_rebuild = true;
-    }
-
     /// Marks the displayed picture as outdated.
     fn invalidate_view(&mut self) {
         self.view_revision += 1;
@@ -330,13 +316,19 @@ impl Session {
 
     fn build(&mut self) {
         self.last_build += 1;
-        self.needs_rebuild = false;
         self.building = Some(self.last_build);
+        let (source, overrides, time) = match &self.opening {
+            Some(source) => (source.clone(), Vec::new(), 0.0),
+            None => {
+                self.needs_rebuild = false;
+                (self.source.clone(), self.params.overrides(), self.time())
+            }
+        };
         self.tasks.push(Task::Build(BuildTask {
             number: self.last_build,
-            source: self.source.clone(),
-            overrides: self.params.overrides(),
-            time: self.time(),
+            source,
+            overrides,
+            time,
             part: None,
         }));
     }
@@ -346,6 +338,9 @@ impl Session {
             return;
         }
         self.building = None;
+        if !self.finish_opening(&built) {
+            return;
+        }
         if built.files != self.files {
             self.files.clone_from(&built.files);
             self.is_watching = false;

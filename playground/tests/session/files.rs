@@ -178,6 +178,40 @@ fn another_scene_is_opened_in_its_place() {
 }
 
 #[test]
+fn a_file_that_cannot_be_opened_leaves_the_working_scene() {
+    let mut harness = Harness::new("param r = 1.0 in 0.5..2.0;\nsphere(r)\n");
+    harness.files.put("broken.sdf", BROKEN);
+    harness.run_to_rest();
+    harness.handle(Event::Set(0, vec![1.5]));
+    harness.run_to_rest();
+    let previous = harness.picture_bytes();
+    for (path, reason) in [
+        (
+            "missing.sdf",
+            "missing.sdf was not opened: missing.sdf cannot be read",
+        ),
+        ("broken.sdf", "(broken.sdf:1:7)"),
+    ] {
+        harness.handle(Event::Open(SceneOrigin::File(PathBuf::from(path))));
+        harness.run_to_rest();
+        let message = harness.session.message().unwrap().unwrap_err();
+        assert!(message.contains(reason), "{message}");
+        assert_eq!(harness.session.source().path(), "a.sdf");
+        assert!(!harness.session.is_broken() && !harness.session.is_busy());
+        assert_eq!(harness.session.params()[0].value, [1.5]);
+        assert_eq!(harness.picture_bytes(), previous);
+    }
+    // The working scene is still followed, even if it was edited meanwhile.
+    harness.handle(Event::Open(SceneOrigin::File(PathBuf::from("broken.sdf"))));
+    harness.tasks();
+    harness.save(BOX);
+    harness.handle(Event::Open(SceneOrigin::File(PathBuf::from("missing.sdf"))));
+    harness.run_to_rest();
+    assert!(harness.session.params().is_empty());
+    assert_ne!(harness.picture_bytes(), previous);
+}
+
+#[test]
 fn a_build_of_the_scene_before_is_not_taken_for_that_of_another() {
     let mut harness = Harness::new("param r = 1.0 in 0.5..2.0;\nsphere(r)\n");
     let mut previous = harness.tasks();
