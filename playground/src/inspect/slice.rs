@@ -13,7 +13,7 @@ use super::ink::{self, Color, blend_over, hex, mix, mute};
 use super::rays::{InspectedRay, PictureRays};
 use glam::{DVec3, Vec3};
 use sdfc_runtime::engine::FieldSample;
-use sdfc_runtime::render::{FieldFacts, Image, Mode, RenderSettings, ResolvedLens, prepare};
+use sdfc_runtime::render::{FieldFacts, Image, Mode, RenderSettings, ResolvedLens, View, prepare};
 use sdfc_shaders::views;
 use sdfc_vm::bounds::Bounds;
 
@@ -92,6 +92,17 @@ impl Slice {
             normal,
             half_side: (max_half_side > 0.0).then_some(1.25 * max_half_side),
             front: FrontSurfaces::default(),
+        }
+    }
+
+    /// Creates the plane of the mode `distance`: through the look-at point, across the view.
+    pub fn across_view(view: &View) -> Self {
+        let [from, look] = [view.from, view.look].map(DVec3::from);
+        Self {
+            point: view.look,
+            normal: (look - from).into(),
+            half_side: None,
+            front: FrontSurfaces::Ghost,
         }
     }
 
@@ -278,6 +289,15 @@ impl SlicePixel {
 }
 
 impl VisibleSlice {
+    /// Draws the field alone. `samples` are the engine's results for the points.
+    pub fn draw_alone(&self, picture: &mut [u8], samples: &[FieldSample]) {
+        let pixels = self.query_points.pixels.iter().map(|&pixel| pixel as usize);
+        for ((pixel, slice_pixel), sample) in pixels.zip(&self.slice_pixels).zip(samples) {
+            let shown = slice_pixel.color(sample, self.spacing);
+            blend_over(picture, pixel, shown, 1.0);
+        }
+    }
+
     /// Draws the field over a picture of the scene, which is slightly muted. `samples` are the engine's
     /// results for the points.
     pub fn draw(&self, picture: &mut [u8], samples: &[FieldSample]) {

@@ -101,6 +101,15 @@ impl Renderer {
                     legend.mean, legend.max
                 )];
             }
+            ViewMode::Mode(Mode::Distance) => {
+                // The engines' picture has lines as wide as the field is flat, which hide thin walls.
+                let slice = Slice::across_view(&picture.settings.view);
+                let visible = slice.visible_part(&picture.image, &picture.settings);
+                let loaded = self.loaded_engine(task.engine)?;
+                let samples = loaded.engine.query(&visible.query_points.points)?;
+                visible.draw_alone(picture.pixels(), &samples);
+                picture.notes = vec![format!("lines every {}", visible.spacing)];
+            }
             ViewMode::Mode(_) => {}
             ViewMode::Slice(plane) => {
                 let visible = self.slice_on(task, plane, &picture.settings)?;

@@ -1,6 +1,6 @@
 //! Tests of view modes and of picking.
 
-use crate::harness::{Harness, PixelBytes, TaskKind};
+use crate::harness::{Harness, PixelBytes, SIZE, TaskKind};
 use sdfc_playground::inspect::slice::FrontSurfaces;
 use sdfc_playground::renderer::{SlicePlane, ViewMode};
 use sdfc_playground::session::{Event, RefinementStage};
@@ -50,6 +50,22 @@ fn everything_that_can_be_shown_is_another_picture() {
         assert!(equal.is_none(), "{show:?} is {:?}", equal.unwrap().0);
         shown_modes.push((show, pixels));
     }
+}
+
+#[test]
+fn the_field_view_shows_thin_walls_of_flat_fields() {
+    // The field is a hundredth of the distance: a slope of 100 is stated.
+    let wall = "camera { from: [0, 0, 8], look: [0, 0, 0], height: 4 }
+field(fn(p) => abs(p.x) - 0.5, within: 1.5, lipschitz: 100)\n";
+    let mut harness = Harness::new(wall);
+    harness.handle(Event::Show(ViewMode::Mode(Mode::Distance)));
+    harness.run_to_rest();
+    assert!(!harness.session.is_broken(), "{}", harness.session.report());
+    let picture = harness.session.picture().unwrap().0;
+    let pixels = picture.rgba.as_chunks::<4>().0;
+    // Inside of the wall, four pixels from its faces, the colour is that of the inside.
+    let middle = pixels[SIZE[0] as usize * (SIZE[1] as usize / 2) + SIZE[0] as usize / 2];
+    assert!(middle[2] > 150 && middle[2] > middle[0], "{middle:?}");
 }
 
 #[test]
