@@ -32,6 +32,8 @@ pub(super) fn show(ui: &Ui, session: &Session, state: &mut WindowState, picture_
         .order(egui::Order::Middle);
     area.show(ui.ctx(), |ui| {
         ui.set_max_width(width);
+        // The area offers its last size, which may be that of a shorter report.
+        ui.set_max_height(picture_area.height() - 2.0 * EDGE_MARGIN);
         let line = if is_broken {
             theme::ERROR
         } else {

@@ -96,6 +96,11 @@ const PICTURE_AREA: ScreenRect = ScreenRect {
     from: [0, 40],
     to: [SIZE[0], SIZE[1] - 30],
 };
+/// Area of reports, without the frame around the picture.
+const REPORT_AREA: ScreenRect = ScreenRect {
+    from: [20, 50],
+    to: [SIZE[0] - 20, SIZE[1] - 40],
+};
 /// Area of the params while the panels are shown.
 const PARAMS_AREA: ScreenRect = ScreenRect {
     from: [0, 40],
@@ -113,6 +118,10 @@ const BLUE: Color = [0, 0, 255];
 /// Matches the frame around an outdated picture, and the text of its report.
 fn is_alarm(color: Color) -> bool {
     is_close_to([242, 110, 112])(color)
+}
+/// Matches the text of a warning.
+fn is_warning(color: Color) -> bool {
+    is_close_to([230, 180, 92])(color)
 }
 /// Matches the filled part of a slider.
 fn is_slider(color: Color) -> bool {
@@ -286,6 +295,35 @@ fn sliders_mouse_and_keys_change_the_picture() {
     window.until("no menu", |screen| {
         screen.differs(&first, PICTURE_AREA) == 0
     });
+}
+
+#[test]
+fn a_report_grows_with_its_lines() {
+    if is_window_skipped() {
+        return;
+    }
+    let desktop = Desktop::start();
+    let scene = SceneFolder::new(&ball("#ff0000", ""));
+    let window = opened(&desktop, &scene);
+    // The red letters of reports, which name the errors.
+    let errors = |screen: &Screen| screen.count(REPORT_AREA, is_alarm);
+    let two_errors = ball(
+        "#ff0000",
+        " | sphre(2) | bxo(1) | trous(1, 2) | cilinder(1)",
+    );
+    scene.write(&two_errors);
+    window.until("a report", |screen| errors(screen) > 100);
+    let full = errors(&window.wait_until_idle());
+    scene.write(&ball("#ff0000", ""));
+    window.until("a red ball", shows(RED));
+    scene.write(&format!("let unused = 1;\n{}", ball("#ff0000", "")));
+    window.until("a warning", |screen| {
+        screen.count(REPORT_AREA, is_warning) > 20
+    });
+    scene.write(&two_errors);
+    window.until("a report", |screen| errors(screen) > 100);
+    let after_warning = errors(&window.wait_until_idle());
+    assert_eq!(after_warning, full, "lines are hidden");
 }
 
 #[test]
