@@ -224,7 +224,7 @@ impl fmt::Display for Pick {
         let s = &self.surface;
         write!(
             f,
-            "material   {}: albedo {}, roughness {:.2}, metallic {:.2}",
+            "material   {}: linear albedo {}, roughness {:.2}, metallic {:.2}",
             self.material_name(),
             list(s.albedo.map(f64::from)),
             s.roughness,

@@ -131,7 +131,7 @@ fn description(ui: &mut Ui, pick: &Pick) {
         row("distance", format!("{:.6}", pick.distance));
         row("normal", list(pick.normal.map(f64::from)));
         row("material", pick.material_name().to_owned());
-        row("albedo", list(pick.surface.albedo.map(f64::from)));
+        row("albedo, linear", list(pick.surface.albedo.map(f64::from)));
         let surface = &pick.surface;
         row(
             "rough, metal",

@@ -53,8 +53,19 @@ fn frame() -> Frame {
         .inner_margin(Margin::same(18))
 }
 
+/// Distance of the help from the edges of the window, in points.
+const HELP_MARGIN: f32 = 30.0;
+
 fn help(ui: &mut Ui) {
     ui.set_max_width(640.0);
+    let height = (ui.ctx().content_rect().height() - 2.0 * HELP_MARGIN).max(80.0);
+    ui.set_max_height(height);
+    egui::ScrollArea::both()
+        .max_height(height)
+        .show(ui, help_content);
+}
+
+fn help_content(ui: &mut Ui) {
     ui.horizontal_top(|ui| {
         let half = KEYS.len().div_ceil(2);
         for (column, keys) in KEYS.chunks(half).enumerate() {
