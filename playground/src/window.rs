@@ -216,6 +216,7 @@ impl eframe::App for Window {
         let mut events = Vec::new();
         number_box::observe_escape(&ctx);
         let mut actions = action::pressed(&ctx, self.key_receiver, self.state.dialog);
+        let now = self.studio.now();
         let session = self.studio.session();
         let state = &mut self.state;
         let margins = |x, y| Frame::new().inner_margin(Margin::symmetric(x, y));
@@ -225,7 +226,7 @@ impl eframe::App for Window {
         Panel::bottom("status")
             .frame(margins(10, 0))
             .exact_size(24.0)
-            .show(ui, |ui| status::show(ui, session, state));
+            .show(ui, |ui| status::show(ui, session, state, now));
         if session.timeline().is_some() {
             Panel::bottom("time")
                 .frame(margins(8, 0))

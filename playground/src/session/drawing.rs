@@ -1,6 +1,6 @@
 //! Schedules pictures: selects engine and refinement stage, and accepts the results.
 
-use super::engine_selection::{EngineTier, PreparedKey};
+use super::engine_selection::{EngineChoice, EngineTier, PreparedKey};
 use super::refinement::{RayCost, RefinementStage};
 use super::{DisplayedPicture, InFlight, MIN_CANCELLED_TIME, PREPARE_DELAY, Session, Task};
 use crate::build::BuiltScene;
@@ -258,6 +258,12 @@ impl Session {
                 self.engine_selection.finish_preparing(
                     instant_time.map(|instant_time| [instant_time, prepared_time]),
                 );
+                let is_requested = self.engine_choice() == EngineChoice::Only(drawn.engine);
+                let drew = self.displayed.as_ref().map(|displayed| displayed.engine);
+                if is_requested && drew != Some(drawn.engine) {
+                    // The picture at rest is that of the engine that was chosen.
+                    self.invalidate_view();
+                }
             }
             Err(problem) => {
                 self.engine_selection.cancel_preparing();

@@ -107,6 +107,11 @@ impl Session {
             || self.in_flight.is_some()
     }
 
+    /// Reports whether camera, time or params moved so recently that refinement still waits.
+    pub fn is_moving(&self, now: Duration) -> bool {
+        self.rests_at(now).is_some()
+    }
+
     /// Returns the refinement stage of the picture being drawn.
     pub fn drawing_stage(&self) -> Option<RefinementStage> {
         self.in_flight.as_ref().map(|in_flight| in_flight.stage)

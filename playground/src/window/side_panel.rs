@@ -2,6 +2,7 @@
 
 use super::action::{Action, key_of};
 use super::state::WindowState;
+use super::status::drawn_by;
 use super::widgets::{choice_button, grid};
 use super::{theme, view_picker};
 use crate::session::{CameraEvent, EngineChoice, Event, Session};
@@ -150,6 +151,9 @@ fn engines(ui: &mut Ui, session: &Session, events: &mut Vec<Event>) {
             },
         );
     });
+    if let Some(facts) = session.facts() {
+        ui.label(note(&drawn_by(session, facts.engine)));
+    }
     if let Some(engine) = session.preparing() {
         ui.label(note(&format!("{engine} is being compiled …")));
     } else if let Some([first, second]) = session.compared_times() {

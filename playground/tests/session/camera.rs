@@ -108,6 +108,18 @@ fn slow_scenes_are_coarse_while_turning_and_refined_at_rest() {
 }
 
 #[test]
+fn a_camera_in_motion_is_not_at_rest_between_two_pictures() {
+    let mut harness = Harness::new(SCENE);
+    harness.run_to_rest();
+    harness.handle(orbit());
+    harness.run();
+    let is_moving = |harness: &Harness| harness.session.is_moving(harness.now);
+    assert!(!harness.session.is_busy() && is_moving(&harness));
+    harness.run_to_rest();
+    assert!(!is_moving(&harness));
+}
+
+#[test]
 fn a_fine_picture_of_the_past_is_stopped() {
     let mut harness = Harness::new(SCENE);
     harness.set_frame_time(EngineKind::Cpu, Duration::from_secs(2));

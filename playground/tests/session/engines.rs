@@ -112,6 +112,26 @@ fn without_hardware_the_cpu_draws_and_others_if_requested() {
     assert_eq!(drawers(&harness.run_to_rest())[0], EngineKind::Interp);
 }
 
+#[test]
+fn the_picture_at_rest_is_that_of_the_chosen_engine() {
+    for devices in [SOFTWARE, HARDWARE] {
+        let mut harness = with_ray_times(5, 20, devices);
+        harness.run_to_rest();
+        for kind in [EngineKind::Wgsl, EngineKind::Interp, EngineKind::Cpu] {
+            harness.handle(Event::Engine(EngineChoice::Only(kind)));
+            harness.run_to_rest();
+            let facts = harness.session.facts().unwrap();
+            assert_eq!((facts.engine, facts.stage), (kind, RefinementStage::Fine));
+        }
+        harness.handle(Event::Engine(EngineChoice::Only(EngineKind::Wgsl)));
+        harness.run_to_rest();
+        harness.save("box(1)\n");
+        harness.run_to_rest();
+        let facts = harness.session.facts().unwrap();
+        assert_eq!(facts.engine, EngineKind::Wgsl, "of another scene");
+    }
+}
+
 /// Returns the result of a picture that failed with an error.
 fn failed(harness: &mut Harness, task: DrawTask, problem: DrawError) -> DrawResult {
     let Some(TaskResult::Drawn(drawn)) = harness.perform(Task::Draw(task)) else {
