@@ -25,15 +25,15 @@ pub(super) fn show(ui: &Ui, session: &Session, state: &mut WindowState, picture_
         picture_area.bottom() - EDGE_MARGIN,
     );
     let width = (picture_area.width() - 2.0 * EDGE_MARGIN).max(120.0);
-    let area = Area::new(Id::unique("report"))
+    // An area remembers its size, and offers no more to its content: each report has its own.
+    let area_id = Id::unique(("report", report, is_open));
+    let area = Area::new(area_id)
         .pivot(egui::Align2::LEFT_BOTTOM)
         .fixed_pos(lower_left)
         .constrain_to(picture_area)
         .order(egui::Order::Middle);
     area.show(ui.ctx(), |ui| {
         ui.set_max_width(width);
-        // The area offers its last size, which may be that of a shorter report.
-        ui.set_max_height(picture_area.height() - 2.0 * EDGE_MARGIN);
         let line = if is_broken {
             theme::ERROR
         } else {

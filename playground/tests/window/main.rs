@@ -386,7 +386,8 @@ fn a_typed_number_counts_once_it_is_complete() {
     type_number(&["1", "period", "2", "m"]);
     assert_eq!(red(&window.wait_until_idle()), small, "it is incomplete");
     desktop.key("Return");
-    let large = window.until("a larger ball", |screen| red(screen) > 4 * small);
+    window.until("a larger ball", |screen| red(screen) > 4 * small);
+    let large = window.wait_until_idle();
     type_number(&["3", "0", "Escape"]);
     assert_eq!(
         red(&window.wait_until_idle()),
