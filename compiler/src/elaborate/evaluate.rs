@@ -312,6 +312,14 @@ impl<'a> Elaborator<'a> {
     }
 
     fn postfix(&mut self, env: &Env<'a>, postfix: &'a Postfix) -> EvalResult<'a> {
+        if let ExprKind::Path(path) = &postfix.base.kind
+            && let Some(name) = path.as_ident()
+            && self.modules[env.module].import(&name.name).is_some()
+            && self.lookup(env, path).is_none()
+        {
+            // The check of names has reported the dot after an import.
+            return Ok(Value::Poison);
+        }
         let mut value = self.eval(env, &postfix.base)?;
         let mut span = postfix.base.span;
         for suffix in &postfix.suffixes {

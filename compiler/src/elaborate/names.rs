@@ -7,7 +7,8 @@ use super::diagnose::{Reports, remainder_edits, unknown_name};
 use super::modules::{ImportTarget, ImportedModule};
 use super::vocabulary;
 use sdfc_lang::ast::{
-    Arg, Args, Body, Call, Expr, ExprKind, File, FnParam, Import, ItemKind, Path, StatementKind,
+    Arg, Args, Body, Call, Expr, ExprKind, File, FnParam, Import, ItemKind, Path, Postfix,
+    StatementKind,
 };
 use sdfc_lang::diagnostic::MAX_SHOWN_DIAGNOSTICS;
 use sdfc_lang::{Diagnostic, Span, codes};
@@ -250,7 +251,9 @@ impl<'a> NameChecker<'a, '_> {
                 self.args_of(name, &call.args);
             }
             ExprKind::Postfix(postfix) => {
-                self.expr(&postfix.base);
+                if !self.reports_dot_after_import(postfix) {
+                    self.expr(&postfix.base);
+                }
                 for suffix in &postfix.suffixes {
                     if let Some(args) = &suffix.args {
                         // A field of a record may be a function: an unknown name is reported when
@@ -359,6 +362,33 @@ impl<'a> NameChecker<'a, '_> {
             }
             None => self.path(&call.callee, "function"),
         }
+    }
+
+    /// Reports a dot between an import and one of its names, as in `parts.knob()`. Returns true if it did.
+    fn reports_dot_after_import(&mut self, postfix: &'a Postfix) -> bool {
+        let (ExprKind::Path(path), Some(suffix)) = (&postfix.base.kind, postfix.suffixes.first())
+        else {
+            return false;
+        };
+        let Some(import) = path.as_ident() else {
+            return false;
+        };
+        let alias = import.name.as_str();
+        if !self.aliases.contains_key(alias) || self.mark(alias) || self.module.defines(alias) {
+            return false;
+        }
+        if let Some((_, is_used)) = self.aliases.get_mut(alias) {
+            *is_used = true;
+        }
+        let message = format!("`{alias}` is an import, and no value");
+        let dot = Span::new(import.span.file, import.span.end, suffix.name.span.start);
+        let help = format!(
+            "names of an import follow `::`: `{alias}::{}`",
+            suffix.name.name
+        );
+        let diagnostic = Diagnostic::error(codes::E0201, import.span, message);
+        self.reports.push(diagnostic.fix(dot, "::", help));
+        true
     }
 
     /// Reports a formula of `p` that is no function of it, at its first `p` alone.

@@ -220,6 +220,10 @@ const MISTAKES: &[(&str, &str)] = &[
         "import \"parts.sdf\" as parts;\nparts::_secret()",
     ),
     (
+        "dot after an import",
+        "import \"parts.sdf\" as parts;\nparts.bolt(1)",
+    ),
+    (
         "unknown name of an import",
         "import \"parts.sdf\" as parts;\nparts::blot(1) | prats::bolt(1)",
     ),

@@ -109,6 +109,14 @@ pub struct Pick {
 }
 
 impl Pick {
+    /// Returns the innermost place in each further file: those that use the shape of an import.
+    pub fn outer_places(&self) -> impl Iterator<Item = &SourceText> {
+        let pairs = self.origins.iter().zip(self.origins.iter().skip(1));
+        pairs
+            .filter(|(inner, outer)| inner.span.file != outer.span.file)
+            .map(|(_, outer)| outer)
+    }
+
     /// Returns the name of the material, or a placeholder for unnamed ones.
     pub fn material_name(&self) -> &str {
         match self.material.as_str() {
@@ -212,6 +220,9 @@ impl fmt::Display for Pick {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         if let Some(origin) = self.origins.first() {
             writeln!(f, "{origin}")?;
+        }
+        for around in self.outer_places() {
+            writeln!(f, "used in    {around}")?;
         }
         let named = self.origins.iter().map(|origin| origin.name.as_str());
         let names: Vec<&str> = named.filter(|name| !name.is_empty()).collect();

@@ -7,7 +7,7 @@ use crate::build::SceneOrigin;
 use crate::session::{Event, Session};
 use eframe::egui::{
     self, Align2, Area, Context, Frame, Grid, Id, Key, Margin, Modal, Rect, RichText, Stroke,
-    TextEdit, Ui, vec2,
+    TextEdit, Ui, Vec2, vec2,
 };
 use std::path::PathBuf;
 
@@ -57,17 +57,19 @@ fn frame() -> Frame {
 const HELP_MARGIN: f32 = 30.0;
 
 fn help(ui: &mut Ui) {
-    ui.set_max_width(640.0);
-    let height = (ui.ctx().content_rect().height() - 2.0 * HELP_MARGIN).max(80.0);
-    ui.set_max_height(height);
-    egui::ScrollArea::both()
-        .max_height(height)
-        .show(ui, help_content);
+    let window = ui.ctx().content_rect().size();
+    let space = (window - Vec2::splat(2.0 * HELP_MARGIN)).max(Vec2::splat(80.0));
+    ui.set_max_width(space.x.min(640.0));
+    ui.set_max_height(space.y);
+    let columns = if space.x < 560.0 { 1 } else { 2 };
+    egui::ScrollArea::vertical()
+        .max_height(space.y)
+        .show(ui, |ui| help_content(ui, columns));
 }
 
-fn help_content(ui: &mut Ui) {
+fn help_content(ui: &mut Ui, columns: usize) {
     ui.horizontal_top(|ui| {
-        let half = KEYS.len().div_ceil(2);
+        let half = KEYS.len().div_ceil(columns);
         for (column, keys) in KEYS.chunks(half).enumerate() {
             ui.vertical(|ui| {
                 ui.label(theme::heading(if column == 0 { "KEYS" } else { "" }));
