@@ -21,6 +21,7 @@
 pub mod cells;
 pub mod difference;
 mod ink;
+pub mod legend;
 pub mod objects;
 pub mod pick;
 pub mod rays;

@@ -12,6 +12,7 @@ pub use openers::editing_engines;
 pub use view_mode::{SlicePlane, ViewMode};
 
 use crate::build::BuiltScene;
+use crate::inspect::QueryPoints;
 use crate::inspect::pick::{self, Pick, PixelHit};
 use loaded_engine::{LoadedEngine, ScenePrograms};
 use sdfc_compiler::compile::{GeneratedSource, Options};
@@ -154,9 +155,53 @@ pub struct Picture {
     pub legend: Vec<([u8; 4], String)>,
     /// Notes about the picture, one line each.
     pub notes: Vec<String>,
+    /// Numbers that the colours stand for, if there is one for each pixel.
+    pub values: Option<PixelValues>,
+}
+
+/// Numbers behind the colours of a picture.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PixelValues {
+    /// Number of each pixel; not finite where there is none.
+    pub values: Vec<f32>,
+    /// Unit of the numbers.
+    pub unit: &'static str,
+}
+
+impl PixelValues {
+    /// Creates the numbers of a picture of this size from those at some points.
+    fn new(
+        query_points: &QueryPoints,
+        values: impl Iterator<Item = f32>,
+        size: [usize; 2],
+        unit: &'static str,
+    ) -> Self {
+        let mut by_pixel = vec![f32::NAN; size[0] * size[1]];
+        for (&pixel, value) in query_points.pixels.iter().zip(values) {
+            if let Some(slot) = by_pixel.get_mut(pixel as usize) {
+                *slot = value;
+            }
+        }
+        Self {
+            values: by_pixel,
+            unit,
+        }
+    }
 }
 
 impl Picture {
+    /// Returns the number at a position, from 0 in the upper left corner to 1, with its unit.
+    pub fn value_at(&self, position: [f32; 2]) -> Option<(f32, &'static str)> {
+        let values = self.values.as_ref()?;
+        let [column, row] =
+            [0, 1].map(|axis| (position[axis] * self.size[axis] as f32).floor() as usize);
+        if position.iter().any(|v| !(0.0..1.0).contains(v)) {
+            return None;
+        }
+        let value = *values.values.get(row * self.size[0] + column)?;
+        value.is_finite().then_some((value, values.unit))
+    }
+
     /// Returns the pixels for drawing over them.
     fn pixels(&mut self) -> &mut [u8] {
         Arc::make_mut(&mut self.rgba).as_mut_slice()
@@ -316,6 +361,7 @@ impl Renderer {
             device: loaded.engine.device(),
             legend: Vec::new(),
             notes: Vec::new(),
+            values: None,
         };
         self.draw_view_mode(task, &mut picture)?;
         times.drawing = started.elapsed();

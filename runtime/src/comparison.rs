@@ -27,7 +27,7 @@ use std::ops::ControlFlow;
 pub use bits::{BitDifferences, PointDifference, RayDifference};
 pub use field::{FieldDifferences, POINT_COUNT};
 pub use percentiles::Percentiles;
-pub use picture::{PictureDifferences, difference_image};
+pub use picture::{MISMATCH_COLOR, PictureDifferences, SILHOUETTE_COLOR, difference_image};
 
 /// Default width of the compared images.
 pub const DEFAULT_WIDTH: u32 = 160;

@@ -1,6 +1,9 @@
 //! Difference between two engines: pictures of the same view, compared as `sdfc verify` does.
 
-use sdfc_runtime::comparison::{PictureDifferences, compare, difference_image};
+use super::legend::Legend;
+use sdfc_runtime::comparison::{
+    MISMATCH_COLOR, PictureDifferences, SILHOUETTE_COLOR, compare, difference_image,
+};
 use sdfc_runtime::render::Image;
 use std::fmt;
 
@@ -28,6 +31,23 @@ pub fn difference(reference: &Image, image: &Image) -> Option<EngineDifference> 
         numbers,
         failures,
     })
+}
+
+/// Returns the legend of a difference.
+pub fn legend() -> Legend {
+    let entries = [
+        (
+            [0x40, 0x40, 0x40, 255],
+            "equal: the first picture, darkened",
+        ),
+        (
+            [255; 4],
+            "colours differ; each channel's difference times 16",
+        ),
+        (MISMATCH_COLOR, "a hit of one engine only"),
+        (SILHOUETTE_COLOR, "the same at a silhouette"),
+    ];
+    entries.map(|(color, text)| (color, text.to_owned())).into()
 }
 
 impl fmt::Display for EngineDifference {

@@ -1,9 +1,9 @@
 //! View modes: overlays that are drawn in addition to the engines' own modes.
 
-use super::{DrawError, DrawTask, Picture, Renderer};
+use super::{DrawError, DrawTask, Picture, PixelValues, Renderer};
 use crate::inspect::slice::{FrontSurfaces, Slice};
 use crate::inspect::slopes::SlopeClass;
-use crate::inspect::{QueryPoints, cells, difference, fade, objects, slopes, steps};
+use crate::inspect::{QueryPoints, cells, difference, fade, legend, objects, slopes, steps};
 use sdfc_runtime::engine::EngineKind;
 use sdfc_runtime::render::{Mode, RenderSettings};
 use sdfc_runtime::settings::Overrides;
@@ -108,16 +108,40 @@ impl Renderer {
                 let loaded = self.loaded_engine(task.engine)?;
                 let samples = loaded.engine.query(&visible.query_points.points)?;
                 visible.draw_alone(picture.pixels(), &samples);
-                picture.notes = vec![format!("lines every {}", visible.spacing)];
+                picture.legend = legend::signs(visible.spacing);
+                picture.values = Some(PixelValues::new(
+                    &visible.query_points,
+                    samples.iter().map(|sample| sample.distance),
+                    picture.size,
+                    "units",
+                ));
+                picture.notes = vec![format!("lines every {} units", visible.spacing)];
             }
-            ViewMode::Mode(_) => {}
+            ViewMode::Mode(mode) => {
+                let materials = &task.scene.opened.compiled.module.settings.materials;
+                let (image, rgba) = (&picture.image, &picture.rgba);
+                picture.legend = legend::for_mode(mode, image, rgba, materials);
+                if mode == Mode::Depth {
+                    picture.values = Some(PixelValues {
+                        values: image.depth.clone(),
+                        unit: "units",
+                    });
+                }
+            }
             ViewMode::Slice(plane) => {
                 let visible = self.slice_on(task, plane, &picture.settings)?;
                 let visible = visible.visible_part(&picture.image, &picture.settings);
                 let loaded = self.loaded_engine(task.engine)?;
                 let samples = loaded.engine.query(&visible.query_points.points)?;
                 visible.draw(picture.pixels(), &samples);
-                picture.notes = vec![format!("lines every {}", visible.spacing)];
+                picture.legend = legend::signs(visible.spacing);
+                picture.values = Some(PixelValues::new(
+                    &visible.query_points,
+                    samples.iter().map(|sample| sample.distance),
+                    picture.size,
+                    "units",
+                ));
+                picture.notes = vec![format!("lines every {} units", visible.spacing)];
             }
             ViewMode::Slopes => {
                 let query_points = QueryPoints::on_surface(&picture.image, &picture.settings);
@@ -164,6 +188,12 @@ impl Renderer {
         fade(picture.pixels());
         let slopes = slopes::classify_slopes(query_points, &samples, picture.size[0]);
         slopes.draw(picture.pixels(), query_points);
+        picture.values = Some(PixelValues::new(
+            query_points,
+            samples.iter().map(slopes::gradient_length),
+            picture.size,
+            "per unit",
+        ));
         let counts = slopes.counts;
         let kinds = [
             (SlopeClass::Steep, counts.steep, "steeper than 1".to_owned()),
@@ -202,7 +232,10 @@ impl Renderer {
             .cells_at(&picture.settings, &query_points.points)?;
         let program_length = loaded.loaded_scene()?.module.distance.code.len();
         let Some(cells_at_points) = cells_at_points else {
-            let why = format!("engine {} draws this scene without cells", task.engine);
+            let why = format!(
+                "not cut into cells: engine {} draws this scene without",
+                task.engine
+            );
             picture.notes = vec![why];
             return Ok(());
         };
@@ -266,6 +299,7 @@ impl Renderer {
                 task.engine
             )];
             picture.notes.extend(difference.failures);
+            picture.legend = difference::legend();
             picture.rgba = Arc::new(difference.picture);
         }
         Ok(())

@@ -22,6 +22,12 @@ pub(super) fn legend(ui: &Ui, session: &Session, picture_area: Rect) {
     let Some((picture, _)) = session.picture() else {
         return;
     };
+    let value = ui
+        .input(|input| input.pointer.hover_pos())
+        .and_then(|position| {
+            let offset = (position - picture_area.min) / picture_area.size();
+            picture.value_at(offset.into())
+        });
     if picture.legend.is_empty() && picture.notes.is_empty() {
         return;
     }
@@ -40,6 +46,10 @@ pub(super) fn legend(ui: &Ui, session: &Session, picture_area: Rect) {
                         ui.painter().rect_filled(swatch, 2.0, color);
                         ui.label(RichText::new(text).size(12.0));
                     });
+                }
+                if let Some((value, unit)) = value {
+                    let text = format!("{value:.4} {unit} under the cursor");
+                    ui.label(RichText::new(text).size(12.0));
                 }
                 for note in &picture.notes {
                     ui.label(RichText::new(note).size(12.0).color(theme::WEAK));
@@ -111,6 +121,13 @@ fn description(ui: &mut Ui, pick: &Pick) {
         let first = origin.text.lines().next().unwrap_or_default();
         let label = Label::new(mono(first.to_owned()).color(Color32::WHITE)).truncate();
         ui.add(label).on_hover_text(mono(origin.text.clone()));
+        // A shape of an import is used at a place of the scene's own text.
+        for around in pick.outer_places() {
+            let file = around.file.rsplit('/').next().unwrap_or(&around.file);
+            let position = around.position;
+            let text = format!("used in {file}:{}:{}", position.line, position.column);
+            ui.label(mono(text).color(theme::ACCENT));
+        }
         let names = pick.origins.iter().map(|origin| origin.name.as_str());
         let names: Vec<&str> = names.filter(|name| !name.is_empty()).collect();
         if !names.is_empty() {

@@ -52,6 +52,67 @@ fn everything_that_can_be_shown_is_another_picture() {
     }
 }
 
+/// Returns the legend's texts of a view.
+fn legend_of(harness: &mut Harness, show: ViewMode) -> Vec<String> {
+    harness.handle(Event::Show(show));
+    harness.run_to_rest();
+    let legend = &harness.session.picture().unwrap().0.legend;
+    legend.iter().map(|(_, text)| text.clone()).collect()
+}
+
+#[test]
+fn views_explain_their_colours_with_units() {
+    let scene = format!("material red {{ color: #ff0000 }}\n{SCENE}.material(red)\n");
+    let scene = scene.replace("left | right\n", "(left | right)");
+    let mut harness = Harness::new(&scene);
+    let depths = legend_of(&mut harness, ViewMode::Mode(Mode::Depth));
+    assert!(depths[0].starts_with("7."), "{depths:?}");
+    assert!(
+        depths
+            .iter()
+            .all(|text| text.ends_with("units from the camera"))
+    );
+    let normals = legend_of(&mut harness, ViewMode::Mode(Mode::Normal));
+    assert_eq!(normals[..2], ["faces +x", "faces -x"]);
+    assert_eq!(legend_of(&mut harness, ViewMode::Mode(Mode::Id)), ["red"]);
+    let signs = ["negative: inside", "positive: outside"];
+    assert_eq!(
+        legend_of(&mut harness, ViewMode::Slice(slice_at(0.0))),
+        signs
+    );
+    let difference = legend_of(&mut harness, ViewMode::Difference(EngineKind::Cpu));
+    assert!(difference[1].ends_with("times 16"), "{difference:?}");
+}
+
+#[test]
+fn the_number_under_the_cursor_is_that_of_the_view() {
+    let mut harness = Harness::new(SCENE);
+    legend_of(&mut harness, ViewMode::Slice(slice_at(0.0)));
+    let left = [(1.0 + LEFT[0] as f32) / 2.0, 0.5];
+    let value_at =
+        |harness: &Harness, position| harness.session.picture().unwrap().0.value_at(position);
+    let (field, unit) = value_at(&harness, left).unwrap();
+    assert!(field < -0.5 && unit == "units", "{field} {unit}");
+    assert_eq!(
+        value_at(&harness, [1.0, 0.5]),
+        None,
+        "outside of the picture"
+    );
+    legend_of(&mut harness, ViewMode::Slopes);
+    let (slope, unit) = value_at(&harness, left).unwrap();
+    assert!(
+        (slope - 1.0).abs() < 1e-3 && unit == "per unit",
+        "{slope} {unit}"
+    );
+    assert_eq!(
+        value_at(&harness, [0.01, 0.01]),
+        None,
+        "there is no surface"
+    );
+    legend_of(&mut harness, ViewMode::default());
+    assert_eq!(value_at(&harness, left), None, "its colours are light");
+}
+
 #[test]
 fn the_field_view_shows_thin_walls_of_flat_fields() {
     // The field is a hundredth of the distance: a slope of 100 is stated.
@@ -116,6 +177,28 @@ fn a_pixel_reports_the_line_that_made_it() {
     assert!(picked.result.as_ref().unwrap().is_none(), "the sky");
     harness.handle(Event::Unpick);
     assert!(harness.session.picked().is_none());
+}
+
+#[test]
+fn a_shape_of_an_import_reports_both_places() {
+    let scene = "import \"parts.sdf\" as parts;
+camera { from: [0, 0, 8], look: [0, 0, 0] }
+let handle = parts::knob(1);
+handle.translate(-1.5, 0, 0) | box(0.8).translate(1.5, 0, 0)
+";
+    let mut harness = Harness::new(scene);
+    let parts = "\n/// A knob.\nfn knob(r) = sphere(r);\n";
+    harness.files.put("parts.sdf", parts);
+    harness.save(scene);
+    harness.run_to_rest();
+    harness.handle(Event::Pick(LEFT));
+    harness.run_to_rest();
+    let picked = harness.session.picked().unwrap();
+    let pick = picked.result.as_ref().unwrap().as_ref().unwrap();
+    let text = pick.to_string();
+    let lines: Vec<&str> = text.lines().take(2).collect();
+    assert!(lines[0].starts_with("parts.sdf:3:14"), "{text}");
+    assert!(lines[1].starts_with("used in    a.sdf:4:1"), "{text}");
 }
 
 #[test]

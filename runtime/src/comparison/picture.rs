@@ -240,8 +240,10 @@ impl fmt::Display for PictureDifferences {
     }
 }
 
-const RED: [u8; 4] = [255, 0, 0, 255];
-const AMBER: [u8; 4] = [255, 170, 0, 255];
+/// Colour of pixels that only one of two pictures hits.
+pub const MISMATCH_COLOR: [u8; 4] = [255, 0, 0, 255];
+/// Colour of such pixels at a silhouette.
+pub const SILHOUETTE_COLOR: [u8; 4] = [255, 170, 0, 255];
 
 /// Draws the differences, as red, green, blue and alpha bytes. Each channel's difference times 16 is added to the
 /// reference in dark grey. Pixels where only one image hits are red, or amber at silhouettes of the reference,
@@ -253,7 +255,11 @@ pub fn difference_image(reference: &Image, image: &Image) -> Vec<u8> {
     let mut picture = Vec::with_capacity(4 * pixels);
     for i in 0..pixels {
         if hit(reference, i) != hit(image, i) {
-            picture.extend(if edges.silhouette[i] { AMBER } else { RED });
+            picture.extend(if edges.silhouette[i] {
+                SILHOUETTE_COLOR
+            } else {
+                MISMATCH_COLOR
+            });
             continue;
         }
         let grey = channels(&bytes, i).map(u16::from).sum::<u16>() / 12;
@@ -389,8 +395,8 @@ mod tests {
         assert_eq!(differences.failures().len(), 3);
         image.depth[8 * 3 + 4] = 5.0;
         let picture = difference_image(&reference, &image);
-        assert_eq!(picture[..4], RED);
-        assert_eq!(picture[4 * (8 * 3 + 4)..][..4], AMBER);
+        assert_eq!(picture[..4], MISMATCH_COLOR);
+        assert_eq!(picture[4 * (8 * 3 + 4)..][..4], SILHOUETTE_COLOR);
         assert_eq!(picture[4..8], [44, 44, 44, 255]);
         assert_eq!(picture[4 * 7..4 * 8], [0, 0, 0, 255]);
     }
