@@ -8,6 +8,7 @@ mod action;
 mod canvas;
 mod corner_labels;
 mod dialogs;
+mod engine_label;
 mod icon;
 mod input_queue;
 mod menu;

@@ -1,8 +1,8 @@
 //! The right panel: view mode, camera and engine.
 
 use super::action::{Action, key_of};
+use super::engine_label::drawn_by;
 use super::state::WindowState;
-use super::status::drawn_by;
 use super::widgets::{choice_button, grid};
 use super::{theme, view_picker};
 use crate::session::{CameraEvent, EngineChoice, Event, Session};

@@ -1,12 +1,11 @@
 //! The status bar: activity, engine, times, device and statistics.
 
+use super::engine_label::drawn_by;
 use super::side_panel::ms;
 use super::state::WindowState;
 use super::theme;
-use crate::renderer::ViewMode;
-use crate::session::{EngineChoice, PictureFacts, RefinementStage, Session};
+use crate::session::{PictureFacts, RefinementStage, Session};
 use eframe::egui::{FontId, Label, RichText, Ui};
-use sdfc_runtime::engine::EngineKind;
 use std::time::Duration;
 
 /// Distance between two texts, in points.
@@ -90,23 +89,6 @@ fn visible_count(widths: &[f32], available: f32) -> usize {
         Some(*end)
     });
     ends.take_while(|end| *end <= available).count()
-}
-
-/// Names the engine that drew the picture, and the chosen one if it is another.
-pub(super) fn drawn_by(session: &Session, engine: EngineKind) -> String {
-    let compared = match session.facts().map(|facts| facts.show) {
-        Some(ViewMode::Difference(other)) => format!("drawn by {engine} and {other}"),
-        _ => format!("drawn by {engine}"),
-    };
-    match session.engine_choice() {
-        EngineChoice::Only(chosen) if chosen != engine => match session.preparing() {
-            Some(preparing) if preparing == chosen => {
-                format!("{compared} until {chosen} is compiled")
-            }
-            _ => format!("{compared} instead of {chosen}"),
-        },
-        _ => compared,
-    }
 }
 
 /// Describes the current activity. `is_held` is set during a motion.
