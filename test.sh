@@ -13,6 +13,8 @@ export SDFC_SKIPPED_FILE
 
 finish() {
     local status=$?
+    # A signal may end the script after a command that succeeded.
+    [[ $status != 0 || -n ${is_complete:-} ]] || status=1
     [[ -z ${own_runtime_dir:-} ]] || rm -rf "$own_runtime_dir"
     local tests
     mapfile -t tests < <(sort -u "$SDFC_SKIPPED_FILE")
@@ -197,3 +199,4 @@ run "format" cargo fmt --all --check
 run "lints" cargo clippy --workspace --all-targets --locked -- -D warnings
 run "tests" cargo test --workspace --locked
 run "documentation" env RUSTDOCFLAGS="-D warnings" cargo doc --workspace --no-deps --locked
+is_complete=1
