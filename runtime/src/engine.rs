@@ -258,3 +258,16 @@ impl EngineError {
         )
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn samples_have_positive_zeros() {
+        let sample = FieldSample::new(-0.0, [-0.0, 0.0, -1.0], Surface::default());
+        assert_eq!(sample.distance.to_bits(), 0);
+        assert_eq!(sample.gradient.map(f32::to_bits)[..2], [0, 0]);
+        assert_eq!(sample.gradient[2], -1.0);
+    }
+}

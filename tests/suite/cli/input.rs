@@ -60,10 +60,13 @@ fn pipes_and_devices_are_refused() {
     }
 }
 
+/// Returns a line by its number.
+type Line = fn(usize) -> String;
+
 /// A search through all names for each error would take minutes.
 #[test]
 fn texts_of_the_largest_size_are_answered() {
-    let lines: [(&str, fn(usize) -> String); 7] = [
+    let lines: [(&str, Line); 7] = [
         ("unknown names", |_| "let x = height;\n".to_owned()),
         ("many unknown names", |i| format!("let x{i} = height{i};\n")),
         ("functions", |i| format!("fn f{i}(x) = x + offset;\n")),
