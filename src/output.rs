@@ -45,6 +45,26 @@ pub(crate) fn check(path: &Path) -> Result<(), Failure> {
     disk::check(path).map_err(|error| Failure::unwritable(path, &error))
 }
 
+/// Checks that an output replaces none of these files.
+pub(crate) fn check_differs<'p>(
+    path: &Path,
+    inputs: impl IntoIterator<Item = &'p Path>,
+) -> Result<(), Failure> {
+    let Ok(target) = path.canonicalize() else {
+        return Ok(());
+    };
+    let mut inputs = inputs
+        .into_iter()
+        .filter_map(|input| input.canonicalize().ok());
+    if target.is_file() && inputs.any(|input| input == target) {
+        let path = path.display();
+        return Err(Failure::Input(format!(
+            "{path} is read here, and would be replaced by the result: give another file"
+        )));
+    }
+    Ok(())
+}
+
 /// Writes a file, completely or not at all.
 pub(crate) fn write(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
     disk::write(path, bytes).map_err(|error| Failure::unwritable(path, &error))

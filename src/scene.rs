@@ -35,7 +35,7 @@ pub(crate) struct BuildArgs {
     #[arg(short, value_name = "NAME=VALUE")]
     pub(crate) params: Vec<String>,
     /// The time of the animation, in seconds: 1.5s.
-    #[arg(long, value_name = "TIME", value_parser = seconds, default_value = "0s")]
+    #[arg(long, value_name = "TIME", value_parser = seconds, default_value = "0s", allow_hyphen_values = true)]
     pub(crate) at: f64,
     /// The named output, instead of the scene's result.
     #[arg(long, value_name = "NAME")]

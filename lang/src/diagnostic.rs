@@ -115,7 +115,7 @@ impl Diagnostic {
             code,
             severity,
             span,
-            message: message.into(),
+            message: shortened(message.into()),
             label: String::new(),
             labels: Vec::new(),
             notes: Vec::new(),
@@ -126,7 +126,7 @@ impl Diagnostic {
 
     /// Sets the text at the primary span.
     pub fn primary(mut self, text: impl Into<String>) -> Self {
-        self.label = text.into();
+        self.label = shortened(text.into());
         self
     }
 
@@ -147,7 +147,7 @@ impl Diagnostic {
 
     /// Adds a line of advice.
     pub fn help(mut self, text: impl Into<String>) -> Self {
-        self.help.push(text.into());
+        self.help.push(shortened(text.into()));
         self
     }
 
@@ -182,6 +182,23 @@ impl Diagnostic {
     pub fn is_error(&self) -> bool {
         self.severity == Severity::Error
     }
+}
+
+/// Maximum number of characters of a message, and those that remain of a longer one's start and end.
+const MAX_MESSAGE_CHARS: usize = 1200;
+const MESSAGE_START_CHARS: usize = 300;
+const MESSAGE_END_CHARS: usize = 100;
+
+/// Returns a message without its middle, if a long name makes it unreadable.
+fn shortened(message: String) -> String {
+    // Bytes are counted first, since most messages are short.
+    if message.len() <= MAX_MESSAGE_CHARS || message.chars().count() <= MAX_MESSAGE_CHARS {
+        return message;
+    }
+    let start: String = message.chars().take(MESSAGE_START_CHARS).collect();
+    let end = message.char_indices().rev().nth(MESSAGE_END_CHARS - 1);
+    let end = end.map_or("", |(index, _)| &message[index..]);
+    format!("{start}…{end}")
 }
 
 /// Diagnostics of a run.
@@ -289,6 +306,16 @@ mod tests {
 
     fn error_at(start: u32) -> Diagnostic {
         Diagnostic::error(codes::E0101, Span::new(FileId(0), start, start), "wrong")
+    }
+
+    #[test]
+    fn long_names_are_cut_out_of_messages() {
+        let name = "é".repeat(1_000_000);
+        let span = Span::new(FileId(0), 0, 0);
+        let message = format!("there is no name `{name}` here");
+        let message = Diagnostic::error(codes::E0201, span, message).message;
+        assert_eq!(message.chars().count(), 401);
+        assert!(message.starts_with("there is no name `éé") && message.ends_with("é` here"));
     }
 
     #[test]

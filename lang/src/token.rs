@@ -184,7 +184,8 @@ fn string_literal<'s>(lexer: &mut Lexer<'s, Token<'s>>) -> &'s str {
 
 fn line_comment<'s>(lexer: &mut Lexer<'s, Token<'s>>) -> &'s str {
     let remaining = lexer.remainder();
-    lexer.bump(remaining.find('\n').unwrap_or(remaining.len()));
+    // A carriage return alone ends a line, too.
+    lexer.bump(remaining.find(['\n', '\r']).unwrap_or(remaining.len()));
     lexer.slice().trim_end()
 }
 

@@ -77,6 +77,15 @@ pub(crate) fn run(arguments: &Arguments, terminal: &Terminal) -> Result<(), Fail
         .flatten()
     {
         output::check(path)?;
+        output::check_differs(path, arguments.scenes.iter().map(PathBuf::as_path))?;
+    }
+    let outputs = [&arguments.report, &arguments.markdown, &chart];
+    let outputs: Vec<&PathBuf> = outputs.into_iter().flatten().collect();
+    if let Some(i) = (1..outputs.len()).find(|&i| outputs[..i].contains(&outputs[i])) {
+        return Err(Failure::Input(format!(
+            "{} would be written twice: give each report its own file",
+            outputs[i].display()
+        )));
     }
     let mut engines = engines(&arguments.engines, terminal)?;
     let options = MeasureOptions {

@@ -77,6 +77,11 @@ impl EmitStage {
 pub(crate) fn run(arguments: &Arguments, terminal: &Terminal) -> Result<(), Failure> {
     let stage = arguments.emit;
     let bytes = emit(arguments, terminal)?;
+    if let Some(to) = &arguments.output {
+        let imported = arguments.build.imported();
+        let inputs = imported.iter().chain([&arguments.scene]);
+        output::check_differs(to, inputs.map(PathBuf::as_path))?;
+    }
     output::deliver(arguments.output.as_deref(), &bytes, stage.is_text())
 }
 

@@ -51,21 +51,24 @@ impl Reports {
     }
 }
 
+/// Maximum number of characters of a name to which similar ones are searched.
+const MAX_SIMILAR_CHARS: usize = 64;
+
 /// Returns the closest name by edit distance, if one is close enough.
 pub(crate) fn nearest<'n>(
     written: &str,
     names: impl IntoIterator<Item = &'n str>,
 ) -> Option<&'n str> {
-    let lowercase = written.to_lowercase();
     // Allows one edit (a letter swapped, missing or extra) in a short name, two in a longer one.
     let max_distance = match written.chars().count() {
-        0 | 1 => return None,
         2..=5 => 1,
-        _ => 2,
+        6..=MAX_SIMILAR_CHARS => 2,
+        _ => return None,
     };
+    let lowercase = written.to_lowercase();
     names
         .into_iter()
-        .filter(|name| !name.is_empty() && *name != written)
+        .filter(|name| !name.is_empty() && *name != written && name.len() <= 4 * MAX_SIMILAR_CHARS)
         .map(|name| (strsim::osa_distance(&lowercase, &name.to_lowercase()), name))
         .filter(|(distance, _)| *distance <= max_distance)
         .min()

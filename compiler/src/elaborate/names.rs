@@ -429,6 +429,14 @@ impl<'a> NameChecker<'a, '_> {
                         self.formula = Some((formula, true));
                         return self.report_missing_function(only.span, formula, is_reported);
                     }
+                    if let Some((_, is_used)) = self.aliases.get_mut(only.name.as_str()) {
+                        *is_used = true;
+                        let name = &only.name;
+                        let message = format!("`{name}` is an imported file, not a value");
+                        let help = format!("its names are written `{name}::NAME`");
+                        let diagnostic = Diagnostic::error(codes::E0201, only.span, message);
+                        return self.reports.push(diagnostic.help(help));
+                    }
                     let names = self.names_for_suggestions();
                     let diagnostic = unknown_name(codes::E0201, what, &only.name, only.span, names);
                     self.reports.push(diagnostic);

@@ -97,6 +97,47 @@ fn texts_of_the_largest_size_are_answered() {
 }
 
 #[test]
+fn the_scene_is_not_replaced_by_a_result() {
+    let sandbox = Sandbox::new();
+    sandbox.write("parts.sdf", "fn ball() { sphere(1) }\n");
+    sandbox.write(
+        "scene.sdf",
+        "import \"parts.sdf\" as parts;\nparts::ball()\n",
+    );
+    for command in [
+        "compile scene.sdf -o scene.sdf",
+        "compile scene.sdf --emit vm -o ./parts.sdf",
+        "bench scene.sdf --engines cpu --width 16 --samples 16 --report scene.sdf",
+        "bench scene.sdf --engines cpu --width 16 --samples 16 --markdown a.svg",
+    ] {
+        let run = sandbox.run(command);
+        assert_eq!(run.code, 1, "{}", run.transcript());
+    }
+    assert!(sandbox.read("scene.sdf").starts_with(b"import"));
+    assert_eq!(sandbox.files(), ["parts.sdf", "scene.sdf"]);
+}
+
+/// Line ends of old editors end comments: nothing is dropped.
+#[test]
+fn a_carriage_return_ends_a_comment() {
+    let sandbox = Sandbox::new();
+    let scene = "// a\rsphere(1) // b\r| box(1)\r";
+    let formatted = sandbox.run_on("fmt -", scene).ok();
+    assert_eq!(formatted.text(), "// a\nsphere(1) // b\n    | box(1)\n");
+}
+
+#[test]
+fn long_names_and_imported_files_are_no_values() {
+    let sandbox = Sandbox::new();
+    let run = sandbox.run_on("check -", &format!("sphere({})", "a".repeat(900_000)));
+    assert!(run.stderr.len() < 4_000, "{} bytes", run.stderr.len());
+    sandbox.write("parts.sdf", "fn ball() { sphere(1) }\n");
+    let run = sandbox.run_on("check -", "import \"parts.sdf\" as parts;\nparts\n");
+    assert!(run.stderr.contains("parts::NAME"), "{}", run.transcript());
+    assert!(!run.stderr.contains("W0201"), "{}", run.transcript());
+}
+
+#[test]
 fn line_ends_stay_as_they_are() {
     let sandbox = Sandbox::new();
     sandbox.write("scene.sdf", "let a=1;\r\nsphere( a )\r\n");

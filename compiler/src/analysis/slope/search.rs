@@ -43,6 +43,9 @@ pub(super) struct SlopeSearch {
     ranges: Vec<Interval>,
     /// Square of the steepest sampled slope.
     max_square: f64,
+    /// Square of the steepest slope beside the corners of the region. It ends the search only: far from a surface, a field
+    /// may be much steeper than beside it.
+    corner_square: f64,
     /// Values at which the slope matters.
     relevant_values: Interval,
     /// Region in which a bound is known, and the square of that bound.
@@ -77,6 +80,7 @@ impl SlopeSearch {
             split_ranges: Vec::new(),
             ranges: ranged.into_iter().map(|(_, range)| range).collect(),
             max_square: 0.0,
+            corner_square: 0.0,
             relevant_values: Interval::ALL,
             known: None,
         }
@@ -203,18 +207,21 @@ impl SlopeSearch {
                 centre[axis] + (corner[axis] - centre[axis]) * CORNER_FRACTION
             });
             let (min, max) = (point, point);
-            self.sample(&Bounds { min, max }, ranges);
+            let square = self.sampled_square(&Bounds { min, max }, ranges);
+            self.corner_square = self.corner_square.max(square);
         }
     }
 
     /// Samples the slope at the centre of a node; returns the square of the steepest slope so far.
     pub(super) fn sample_lower_bound(&mut self, sub_box: &SubBox) -> f64 {
-        self.sample(&sub_box.bounds, &sub_box.ranges);
-        self.max_square
+        let square = self.sampled_square(&sub_box.bounds, &sub_box.ranges);
+        self.max_square = self.max_square.max(square);
+        self.max_square.max(self.corner_square)
     }
 
-    /// Samples the slope at the centre of a box.
-    fn sample(&mut self, bounds: &Bounds, ranges: &[Interval]) {
+    /// Returns the square of the slope at the centre of a box.
+    fn sampled_square(&mut self, bounds: &Bounds, ranges: &[Interval]) -> f64 {
+        let mut max_square = 0.0_f64;
         let samples = if ranges.is_empty() { 1 } else { 2 };
         for fraction in &SAMPLE_FRACTIONS[..samples] {
             let at_fraction =
@@ -231,8 +238,9 @@ impl SlopeSearch {
                 }
             });
             // `max` ignores NaN.
-            self.max_square = self.max_square.max(gradients.sum());
+            max_square = max_square.max(gradients.sum());
         }
+        max_square
     }
 
     /// Returns the steepest sampled slope.
