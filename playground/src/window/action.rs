@@ -405,9 +405,10 @@ mod tests {
             ..egui::RawInput::default()
         };
         let mut actions = Vec::new();
-        let _ = Context::default().run_ui(input, |ui| {
+        let mut output = Context::default().run_ui(input, |ui| {
             actions.extend(pressed(ui.ctx(), receiver, dialog));
         });
+        output.textures_delta.clear();
         actions
     }
 

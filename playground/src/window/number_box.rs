@@ -79,7 +79,7 @@ mod tests {
                 ..RawInput::default()
             };
             let mut shown = value;
-            let _ = ctx.run_ui(input, |ui| {
+            let mut output = ctx.run_ui(input, |ui| {
                 observe_escape(ui.ctx());
                 let drag = DragValue::new(&mut shown).range(0.0..=50.0).max_decimals(2);
                 let entry = super::show(ui, drag, value, |text| {
@@ -90,6 +90,7 @@ mod tests {
                     entry.response.request_focus();
                 }
             });
+            output.textures_delta.clear();
             value = shown;
             value
         };
