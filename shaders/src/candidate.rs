@@ -162,7 +162,7 @@ fn no_longer<R: Real>(vector: R::Vec3, length: R) -> R::Vec3 {
     vector * (length / vector.length().max(lit(1e-30))).min(lit(1.0))
 }
 
-/// Returns the way of a probe in a phase, from the point of a round.
+/// Returns the way of a probe in a phase, from the `point` of a round.
 ///
 /// It leads against the gradient, slightly beyond the expected surface but at most `limit` far. It does not
 /// lead back from the `face` that earlier rounds have reached, unless through a thin sheet. From a candidate in a solid it leads out.
@@ -175,9 +175,10 @@ fn probe_way<R: Real>(
     gradient: R::Vec3,
     offset: R::Vec3,
     face: R::Vec3,
-    rounding: R,
+    point: R::Vec3,
     limit: R,
 ) -> R::Vec3 {
+    let rounding = rounding::<R>(point);
     let backward = gradient.dot(face).min(lit(0.0)).named("backward");
     let face_square = face.dot(face).named("face_square");
     let has_passed_sheet = has_passed_sheet::<R>(value, gradient, offset);
@@ -218,9 +219,8 @@ pub fn next_offset<R: Real>(
     gradient: R::Vec3,
     limit: R,
 ) -> R::Vec3 {
-    let rounding = rounding::<R>(point);
     let end_phase = R::select(is_verifying(phase), lit(4.0), phase).named("end_phase");
-    offset + probe_way::<R>(end_phase, value, gradient, offset, face, rounding, limit)
+    offset + probe_way::<R>(end_phase, value, gradient, offset, face, point, limit)
 }
 
 /// Returns the point at which a phase evaluates the field. `point` is that of the round, at `offset` from the candidate. `value` is the field there, and `gradient` its gradient as far as phases 1 to 3 found it.
@@ -263,8 +263,7 @@ pub fn probe_point<R: Real>(
     gradient: R::Vec3,
     limit: R,
 ) -> R::Vec3 {
-    let rounding = rounding::<R>(point);
-    point + probe_way::<R>(phase, value, gradient, offset, face, rounding, limit).named("way")
+    point + probe_way::<R>(phase, value, gradient, offset, face, point, limit).named("way")
 }
 
 /// Returns the gradient after one of the phases 1 to 3. `change` is the difference between the tap's value

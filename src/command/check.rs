@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 /// Report problems of scenes, without drawing them.
 #[derive(Debug, clap::Args)]
 pub(crate) struct Arguments {
-    /// The scenes.
+    /// The scenes; `-` is standard input.
     #[arg(required = true, value_name = "SCENE")]
     scenes: Vec<PathBuf>,
     #[command(flatten)]

@@ -20,7 +20,7 @@ use std::path::{Path, PathBuf};
 /// Print or write a stage of the compilation of a scene.
 #[derive(Debug, clap::Args)]
 pub(crate) struct Arguments {
-    /// The scene: .sdf, .sdfb or .vm.
+    /// The scene: .sdf, .sdfb or .vm; `-` is standard input.
     scene: PathBuf,
     /// The stage, or the language of an export.
     #[arg(long, value_enum, value_name = "STAGE", default_value = "asm")]

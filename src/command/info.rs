@@ -20,7 +20,7 @@ use std::path::PathBuf;
 /// Report the contents of a scene: params, parts, cameras, bounds, operations.
 #[derive(Debug, clap::Args)]
 pub(crate) struct Arguments {
-    /// The scene: .sdf, .sdfb or .vm.
+    /// The scene: .sdf, .sdfb or .vm; `-` is standard input.
     scene: PathBuf,
     #[command(flatten)]
     build: BuildArgs,

@@ -21,7 +21,7 @@ use std::time::{Duration, Instant};
 /// Draw a scene.
 #[derive(Debug, clap::Args)]
 pub(crate) struct Arguments {
-    /// The scene: .sdf, .sdfb or .vm.
+    /// The scene: .sdf, .sdfb or .vm; `-` is standard input.
     pub(super) scene: PathBuf,
     /// Output file, a PNG; by default the scene's name with `.png`, in the current folder.
     #[arg(short, long, value_name = "FILE")]

@@ -24,7 +24,7 @@ use std::time::Instant;
 /// their difference are written.
 #[derive(Debug, clap::Args)]
 pub(crate) struct Arguments {
-    /// The scenes.
+    /// The scenes; `-` is standard input.
     #[arg(required = true, value_name = "SCENE")]
     scenes: Vec<PathBuf>,
     #[command(flatten)]

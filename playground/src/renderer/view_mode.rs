@@ -1,10 +1,10 @@
 //! View modes: overlays that are drawn in addition to the engines' own modes.
 
 use super::{DrawError, DrawTask, Picture, PixelValues, Renderer};
-use crate::inspect::slice::{FrontSurfaces, Slice};
+use crate::inspect::slice::{FrontSurfaces, Slice, VisibleSlice};
 use crate::inspect::slopes::SlopeClass;
 use crate::inspect::{QueryPoints, cells, difference, fade, legend, objects, slopes, steps};
-use sdfc_runtime::engine::EngineKind;
+use sdfc_runtime::engine::{EngineKind, FieldSample};
 use sdfc_runtime::render::{Mode, RenderSettings};
 use sdfc_runtime::settings::Overrides;
 use std::sync::Arc;
@@ -108,14 +108,7 @@ impl Renderer {
                 let loaded = self.loaded_engine(task.engine)?;
                 let samples = loaded.engine.query(&visible.query_points.points)?;
                 visible.draw_alone(picture.pixels(), &samples);
-                picture.legend = legend::signs(visible.spacing);
-                picture.values = Some(PixelValues::new(
-                    &visible.query_points,
-                    samples.iter().map(|sample| sample.distance),
-                    picture.size,
-                    "units",
-                ));
-                picture.notes = vec![format!("lines every {} units", visible.spacing)];
+                explain_slice(picture, &visible, &samples);
             }
             ViewMode::Mode(mode) => {
                 let materials = &task.scene.opened.compiled.module.settings.materials;
@@ -134,14 +127,7 @@ impl Renderer {
                 let loaded = self.loaded_engine(task.engine)?;
                 let samples = loaded.engine.query(&visible.query_points.points)?;
                 visible.draw(picture.pixels(), &samples);
-                picture.legend = legend::signs(visible.spacing);
-                picture.values = Some(PixelValues::new(
-                    &visible.query_points,
-                    samples.iter().map(|sample| sample.distance),
-                    picture.size,
-                    "units",
-                ));
-                picture.notes = vec![format!("lines every {} units", visible.spacing)];
+                explain_slice(picture, &visible, &samples);
             }
             ViewMode::Slopes => {
                 let query_points = QueryPoints::on_surface(&picture.image, &picture.settings);
@@ -315,4 +301,16 @@ fn labelled_colors<N: std::fmt::Display>(
     entries
         .map(|(number, color)| (color, format!("{number} {what}")))
         .collect()
+}
+
+/// Explains the colours of a slice, and keeps the values that its samples have.
+fn explain_slice(picture: &mut Picture, slice: &VisibleSlice, samples: &[FieldSample]) {
+    picture.legend = legend::signs(slice.spacing);
+    picture.values = Some(PixelValues::new(
+        &slice.query_points,
+        samples.iter().map(|sample| sample.distance),
+        picture.size,
+        "units",
+    ));
+    picture.notes = vec![format!("lines every {} units", slice.spacing)];
 }

@@ -25,8 +25,9 @@ impl LinearBound {
     /// Returns the length by which a direction's extent of the solid is less than that of the box; zero if nothing is
     /// known.
     ///
-    /// Where the box extends farthest, the field exceeds zero at least by some value. Along each axis it falls from there at
-    /// most as fast as its gradient, and the extent falls with the direction. The axis with the best ratio bounds the loss.
+    /// The field exceeds zero at least by some value where the box extends farthest. Along each axis it falls from there
+    /// at most as fast as its gradient, and the extent falls with the direction. The axis with the best ratio bounds the
+    /// loss.
     pub(super) fn unreached(&self, direction: [f64; 3]) -> f64 {
         let mut farthest_value = self.value;
         let mut steepest_fall = 0.0_f64;
